@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#include "fix_disc_equilibrium.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "update.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unistd.h>
+
+using namespace LAMMPS_NS;
+using disc::Neighbours;
+
+FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  scalar_flag = vector_flag = 1;
+  size_vector = FIGURES;
+  extscalar = extvector = 0;
+  restart_global = 1;
+  comm_forward = comm_reverse = 1;
+  if (narg < 4) error->all(FLERR, "fix disc/equilibrium needs the interval N between checks, in steps");
+  nevery = utils::inumeric(FLERR, arg[3], false, lmp);
+  if (nevery < 1) error->all(FLERR, "fix disc/equilibrium: interval N = {} must be at least 1", nevery);
+  global_freq = nevery;
+
+  const struct {
+    const char *name;
+    double *value;
+  } keywords[] = {{"unit", &unit},
+                  {"length", &length},
+                  {"hold", &hold},
+                  {"force", &force_tolerance},
+                  {"energy", &energy_tolerance}};
+  int k = 4;
+  while (k < narg) {
+    if (strcmp(arg[k], "stress") == 0) {
+      k += parse_stress(k, narg, arg);
+      continue;
+    }
+    if (strcmp(arg[k], "stop") == 0 && k + 1 < narg) {
+      stop_file = arg[k + 1];
+      k += 2;
+      continue;
+    }
+    double *value = nullptr;
+    for (const auto &keyword : keywords)
+      if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
+    if (!value)
+      error->all(FLERR,
+                 "fix disc/equilibrium: unknown keyword '{}'; known are: unit length stress hold force energy stop",
+                 arg[k]);
+    if (k + 1 >= narg) error->all(FLERR, "fix disc/equilibrium: keyword '{}' needs a value", arg[k]);
+    *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    if (*value < 0.0) error->all(FLERR, "fix disc/equilibrium: {} = {} must not be negative", arg[k], *value);
+    k += 2;
+  }
+  if (unit <= 0.0)
+    error->all(FLERR, "fix disc/equilibrium: keyword 'unit' (force F1 = max(F0, P a)) must be given and positive");
+}
+
+int FixDiscEquilibrium::parse_stress(int k, int narg, char **arg)
+{
+  if (k + 2 >= narg)
+    error->all(FLERR, "fix disc/equilibrium: keyword 'stress' needs two values, S_x and S_y (a number or NULL)");
+  for (int a = 0; a < 2; a++) {
+    controlled[a] = strcmp(arg[k + 1 + a], "NULL") != 0;
+    target[a] = controlled[a] ? utils::numeric(FLERR, arg[k + 1 + a], false, lmp) : 0.0;
+  }
+  return 3;
+}
+
+int FixDiscEquilibrium::modify_param(int narg, char **arg)
+{
+  if (strcmp(arg[0], "stress") != 0) return 0;
+  since = -1.0;
+  return parse_stress(0, narg, arg);
+}
+
+int FixDiscEquilibrium::setmask() { return FixConst::END_OF_STEP; }
+
+void FixDiscEquilibrium::init()
+{
+  pair = dynamic_cast<PairDisc *>(force->pair);
+  if (!pair) error->all(FLERR, "fix disc/equilibrium works with the pair styles of its plugin, such as disc/cohesive");
+}
+
+void FixDiscEquilibrium::setup(int)
+{
+  if (restart_reset) {    // the clocks go on where the checkpoint left them
+    restart_reset = 0;
+    return;
+  }
+  since = -1.0;
+  changed = now();
+  measure();
+}
+
+double FixDiscEquilibrium::now() const
+{
+  return update->atime + update->dt * static_cast<double>(update->ntimestep - update->atimestep);
+}
+
+void FixDiscEquilibrium::end_of_step()
+{
+  measure();
+  if (!within_tolerance())
+    since = -1.0;
+  else if (since < 0.0)
+    since = now();
+  figure[HELD] = since < 0.0 ? 0.0 : now() - since;
+}
+
+void FixDiscEquilibrium::measure()
+{
+  double stress[2];
+  measure_pairs(stress);
+  measure_grains(stress);
+  watch_network();
+  double stop = 0.0;
+  if (comm->me == 0 && !stop_file.empty() && access(stop_file.c_str(), F_OK) == 0) stop = 1.0;
+  MPI_Bcast(&stop, 1, MPI_DOUBLE, 0, world);
+  figure[STOP] = stop;
+}
+
+bool FixDiscEquilibrium::carries(const PairDisc::Interaction &now) const
+{
+  return pair->range() > 0.0 || now.elastic > force_tolerance * unit;
+}
+
+double FixDiscEquilibrium::needed() const { return pair->range() > 0.0 ? 1.0 : 2.0; }
+
+/* A grain is a rattler here if nothing holds it: without cohesion, fewer than two contacts with an elastic force above
+   the tolerance; with cohesion, no interaction at all. */
+void FixDiscEquilibrium::measure_pairs(double *stress)
+{
+  const bool newton = force->newton_pair;
+  const int nlocal = atom->nlocal;
+  double sums[4] = {0.0, 0.0, 0.0, 0.0}, most[2] = {0.0, 0.0};
+  carrying.assign(nlocal + atom->nghost, 0.0);
+  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double weight) {
+    sums[0] += weight * now.fx() * now.bx;
+    sums[1] += weight * now.fy() * now.by;
+    sums[now.state == PairDisc::CONTACT ? 2 : 3] += weight;
+    if (carries(now)) {
+      carrying[p.i] += 1.0;
+      if (newton || p.j < nlocal) carrying[p.j] += 1.0;
+    }
+    most[0] = std::max(most[0], -now.gap);
+    const double *vi = atom->v[p.i], *vj = atom->v[p.j];
+    most[1] = std::max(most[1], ((vi[0] - vj[0]) * now.bx + (vi[1] - vj[1]) * now.by) / now.distance);
+  });
+  if (newton) comm->reverse_comm(this, 1);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, world);
+  stress[0] = sums[0];
+  stress[1] = sums[1];
+  figure[CONTACTS] = sums[2];
+  figure[DISTANT] = sums[3];
+  figure[OVERLAP] = most[0];
+  figure[APPROACH] = most[1];
+}
+
+void FixDiscEquilibrium::measure_grains(const double *virial)
+{
+  double most[2] = {0.0, 0.0};
+  enum { MASS, PX, PY, ENERGY, COUNT, RAW, MVX2, MVY2, SUMS };
+  double sums[SUMS] = {};
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double *f = atom->f[i], *v = atom->v[i];
+    const double m = atom->rmass[i], r = atom->radius[i], w = atom->omega[i][2];
+    most[0] = std::max(most[0], f[0] * f[0] + f[1] * f[1]);
+    most[1] = std::max(most[1], std::fabs(atom->torque[i][2]));
+    const double energy = 0.5 * m * (v[0] * v[0] + v[1] * v[1]) + 0.25 * m * r * r * w * w;
+    sums[RAW] += energy;
+    sums[MVX2] += m * v[0] * v[0];
+    sums[MVY2] += m * v[1] * v[1];
+    if (carrying[i] < needed()) continue;
+    sums[MASS] += m;
+    sums[PX] += m * v[0];
+    sums[PY] += m * v[1];
+    sums[ENERGY] += energy;
+    sums[COUNT] += 1.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, SUMS, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, world);
+  const double grains = static_cast<double>(atom->natoms);
+  const double drift = sums[MASS] > 0.0 ? 0.5 * (sums[PX] * sums[PX] + sums[PY] * sums[PY]) / sums[MASS] : 0.0;
+  const double area = domain->prd[0] * domain->prd[1];
+  figure[FORCE] = std::sqrt(most[0]);
+  figure[MOMENT] = most[1];
+  figure[STRESS_X] = (virial[0] + sums[MVX2]) / area;
+  figure[STRESS_Y] = (virial[1] + sums[MVY2]) / area;
+  figure[KINETIC] = sums[COUNT] > 0.0 ? (sums[ENERGY] - drift) / sums[COUNT] : sums[RAW] / grains;
+  figure[KINETIC_RAW] = sums[RAW] / grains;
+  figure[RATTLERS] = grains - sums[COUNT];
+}
+
+void FixDiscEquilibrium::watch_network()
+{
+  comm->forward_comm(this, 1);
+  uint64_t sum = 0;
+  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double) {
+    if (now.state != PairDisc::CONTACT || !carries(now)) return;
+    if (carrying[p.i] < needed() || carrying[p.j] < needed()) return;
+    const uint64_t a = std::min(atom->tag[p.i], atom->tag[p.j]), b = std::max(atom->tag[p.i], atom->tag[p.j]);
+    uint64_t hash = (a << 32 | b) * 0x9E3779B97F4A7C15ull;    // multiplicative hash, mixed once more
+    sum += (hash ^ hash >> 29) * 0xBF58476D1CE4E5B9ull;
+  });
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, world);
+  if (sum != network) changed = now();
+  network = sum;
+  figure[QUIET] = now() - changed;
+}
+
+bool FixDiscEquilibrium::within_tolerance() const
+{
+  bool ok = figure[FORCE] < force_tolerance * unit && figure[MOMENT] < force_tolerance * unit * length &&
+            figure[KINETIC] < energy_tolerance * unit * length;
+  for (int a = 0; a < 2; a++)
+    if (controlled[a]) ok = ok && std::fabs(figure[STRESS_X + a] - target[a]) < force_tolerance * unit / length;
+  return ok;
+}
+
+double FixDiscEquilibrium::compute_scalar() { return since >= 0.0 && figure[HELD] >= hold ? 1.0 : 0.0; }
+
+double FixDiscEquilibrium::compute_vector(int n) { return figure[n]; }
+
+int FixDiscEquilibrium::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  for (int k = 0; k < n; k++)
+    buf[k] = carrying[list[k]];
+  return n;
+}
+
+void FixDiscEquilibrium::unpack_forward_comm(int n, int first, double *buf)
+{
+  std::copy(buf, buf + n, carrying.begin() + first);
+}
+
+int FixDiscEquilibrium::pack_reverse_comm(int n, int first, double *buf)
+{
+  std::copy(carrying.begin() + first, carrying.begin() + first + n, buf);
+  return n;
+}
+
+void FixDiscEquilibrium::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  for (int k = 0; k < n; k++)
+    carrying[list[k]] += buf[k];
+}
+
+void FixDiscEquilibrium::write_restart(FILE *fp)
+{
+  if (comm->me != 0) return;
+  const int size = 2 * sizeof(double) + sizeof(network);
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(&since, sizeof(since), 1, fp);
+  fwrite(&changed, sizeof(changed), 1, fp);
+  fwrite(&network, sizeof(network), 1, fp);
+}
+
+void FixDiscEquilibrium::restart(char *buf)
+{
+  memcpy(&since, buf, sizeof(since));
+  memcpy(&changed, buf + sizeof(since), sizeof(changed));
+  memcpy(&network, buf + sizeof(since) + sizeof(changed), sizeof(network));
+}

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#ifndef LMP_FIX_DISC_EQUILIBRIUM_H
+#define LMP_FIX_DISC_EQUILIBRIUM_H
+
+#include "fix.h"
+#include "pair_disc.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS
+{
+
+/* fix ID all disc/equilibrium N unit F1 length a [stress S_x S_y] [hold t] [force e_f] [energy e_k] [stop file]
+
+   Every N steps, how far the packing is from equilibrium by G07 sec. II D, in units of the force F1 = max(F0, P a):
+   largest net force < e_f F1, largest net moment < e_f F1 a, |stress - target| < e_f F1/a on each controlled axis,
+   kinetic energy per grain < e_k F1 a, the latter without the mean drift and without rattlers.  Defaults: e_f = 1e-4,
+   e_k = 5e-8, hold = 0.
+
+   Scalar: 1 once every criterion has held at every check for a time `hold`, else 0 (use it in fix halt).
+   Vector: 1 largest net force; 2 largest net moment; 3, 4 stresses; 5 kinetic energy per grain without drift and
+   rattlers; 6 raw kinetic energy per grain; 7 rattlers; 8 contacts; 9 distant pairs; 10 time the criteria have held;
+   11 largest overlap; 12 largest approach speed of two touching or attracting grains; 13 time since the network, the
+   force-carrying contacts between grains that are no rattlers, last changed; 14 is 1 once the stop file exists. */
+class FixDiscEquilibrium : public Fix
+{
+public:
+  FixDiscEquilibrium(class LAMMPS *, int, char **);
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void end_of_step() override;
+  double compute_scalar() override;
+  double compute_vector(int) override;
+  int modify_param(int, char **) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
+private:
+  enum Figure {
+    FORCE,
+    MOMENT,
+    STRESS_X,
+    STRESS_Y,
+    KINETIC,
+    KINETIC_RAW,
+    RATTLERS,
+    CONTACTS,
+    DISTANT,
+    HELD,
+    OVERLAP,
+    APPROACH,
+    QUIET,
+    STOP,
+    FIGURES
+  };
+
+  int parse_stress(int, int, char **);
+  void measure();
+  void measure_pairs(double *stress);
+  void measure_grains(const double *stress);
+  void watch_network();
+  bool within_tolerance() const;
+  bool carries(const PairDisc::Interaction &) const;
+  double needed() const;
+  double now() const;
+
+  PairDisc *pair = nullptr;
+  double unit = 0.0, length = 1.0, force_tolerance = 1.0e-4, energy_tolerance = 5.0e-8, hold = 0.0;
+  bool controlled[2] = {false, false};
+  double target[2] = {0.0, 0.0};
+  double figure[FIGURES] = {};
+  double since = -1.0;     // time since when all criteria hold, < 0 if they do not
+  double changed = 0.0;    // time at which the network was last seen to change
+  uint64_t network = 0;    // sum over its contacts of a hash of the two tags
+  std::string stop_file;
+  std::vector<double> carrying;    // per grain: interactions that carry more than the tolerance
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

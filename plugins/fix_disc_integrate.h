@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#ifndef LMP_FIX_DISC_INTEGRATE_H
+#define LMP_FIX_DISC_INTEGRATE_H
+
+#include "fix.h"
+
+namespace LAMMPS_NS
+{
+
+/* fix ID all disc/integrate [stress S_x S_y] [mass m] [rate r] [convention c] [drag g]
+
+   Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control (G07 eq. 3).
+
+   stress S_x S_y   imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed and
+   no stress is summed. mass m           cell inertia M = m sum(m_i)/L with L = sqrt(L_x L_y) at the start of the stage
+   (default 0.3) rate r           cap on |d eps/dt|, 0 for none (default 0) convention c     c in m dv/dt = F + c m
+   (dL/dt / L) v: 0 (default) as physics demands of a velocity relative to the affine motion in G07, 1 for L d2s/dt2 =
+   F/m, -1 for the Hamiltonian of Parrinello and Rahman (s = r/L)
+
+   drag g           relaxation aid, not part of the law: -g m v, -g I w and -g M d eps/dt (default 0)
+
+   fix_modify ID stress S_x S_y   starts a new stage: new targets, strain measured from the present cell
+   fix_modify ID drag g           switches the drag on or off
+
+   Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 M; 7 energy taken by the
+   drag. */
+class FixDiscIntegrate : public Fix
+{
+public:
+  FixDiscIntegrate(class LAMMPS *, int, char **);
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void initial_integrate(int) override;
+  void final_integrate() override;
+  double compute_vector(int) override;
+  int modify_param(int, char **) override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
+private:
+  struct Axis {
+    bool controlled = false;
+    double target = 0.0;         // imposed stress
+    double start = 0.0;          // length at the start of the stage, L^0
+    double strain_rate = 0.0;    // d eps/dt = -dL/dt / L^0, at the half step while positions move
+    double stress = 0.0;         // measured stress
+    double virial = 0.0;         // sum over pairs of F r
+    double kinetic = 0.0;        // sum of m v^2
+  };
+
+  void parse(int, int, char **);
+  int parse_stress(int, int, char **);
+  void check() const;
+  void begin_stage();
+  void measure_stress();
+  void kick_cell(double dt);
+  void kick_grains(double dt);
+  template <bool SCALED> void kick(double dt);
+
+  Axis axis[2];
+  bool stress_control = false;
+  double mass_factor = 0.3, inertia = 0.0, rate_cap = 0.0, convention = 0.0, drag = 0.0, work = 0.0, dragged = 0.0;
+  class PairDisc *pair = nullptr;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#ifndef LMP_PAIR_DISC_H
+#define LMP_PAIR_DISC_H
+
+#include "contact_list.h"
+#include "fix_disc_history.h"
+#include "pair.h"
+
+namespace LAMMPS_NS
+{
+
+/* What the disc laws of this plugin share: the neighbour list with contact memory, contact output, stress and energy
+   sums. A law derives from it and brings its kernel, its coefficients and its potentials. */
+class PairDisc : public Pair
+{
+public:
+  enum State { APART = 0, DISTANT = 1, CONTACT = 2 };
+
+  struct Interaction {    // of one listed pair, as it acted in the last force evaluation
+    State state = APART;
+    double bx, by, distance, gap;    // branch vector from i to j
+    double elastic = 0.0, viscous = 0.0, attraction = 0.0, tangential = 0.0, moment = 0.0;
+    double stretch = 0.0, rotation = 0.0;
+    bool sliding = false, rolling = false;
+
+    double normal() const { return elastic + viscous + attraction; }
+    double fx() const { return (normal() * bx - tangential * by) / distance; }    // force of i on j
+    double fy() const { return (normal() * by + tangential * bx) / distance; }
+  };
+
+  struct Energy {
+    double elastic = 0.0, tangential = 0.0, rolling = 0.0, adhesive = 0.0;
+    double sum() const { return elastic + tangential + rolling + adhesive; }
+  };
+
+  explicit PairDisc(class LAMMPS *);
+  ~PairDisc() override;
+  void init_style() override;
+  double single(int, int, int, int, double, double, double, double &) override;
+
+  virtual double range() const = 0;                    // gap up to which the law acts
+  virtual double viscosity(int i, int j) const = 0;    // eta of the pair of atoms i, j
+  virtual Interaction interaction(const disc::Neighbours &) const = 0;
+  virtual Energy energy(const Interaction &) const = 0;
+
+  /* visit(record, interaction, weight) for every interacting pair; weight 1/2 where newton off lists a pair twice */
+  template <class Visit> void each(Visit visit) const
+  {
+    for (const disc::Neighbours &p : history->pairs) {
+      const Interaction now = interaction(p);
+      if (now.state != APART) visit(p, now, counted_once(p.j) ? 1.0 : 0.5);
+    }
+  }
+
+  double force_moment[3] = {0.0, 0.0,
+                            0.0};    // sum over pairs of F_x r_x, F_y r_y, F_x r_y on this rank (see wants_stress)
+  bool wants_stress = false;         // a fix needs force_moment at every step
+
+protected:
+  Interaction geometry(const disc::Neighbours &) const;
+  bool counted_once(int j) const;
+  void tally_energy();
+
+  FixDiscHistory *history = nullptr;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

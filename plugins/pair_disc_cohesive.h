@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#ifndef LMP_PAIR_DISC_COHESIVE_H
+#define LMP_PAIR_DISC_COHESIVE_H
+
+#include "kernels/cohesive.h"
+#include "pair_disc.h"
+
+namespace LAMMPS_NS
+{
+
+/* pair_style disc/cohesive [account yes|no]
+   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r
+
+   The exact law of G07 (kernels/cohesive.h).  kn is required; a term whose coefficient is zero or absent costs nothing.
+ */
+class PairDiscCohesive : public PairDisc
+{
+public:
+  explicit PairDiscCohesive(class LAMMPS *lmp) : PairDisc(lmp) {}
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+  void compute(int, int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void *extract(const char *, int &) override;
+
+  double range() const override { return law.range(); }
+  double viscosity(int i, int j) const override;
+  Interaction interaction(const disc::Neighbours &) const override;
+  Energy energy(const Interaction &) const override;
+
+private:
+  using Kernel = void (PairDiscCohesive::*)();
+  template <bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT, bool NEWTON>
+  void kernel();
+  template <bool... CHOSEN> Kernel choose(const bool *flags) const;
+  void check() const;
+  void allocate();
+
+  disc::CohesiveLaw law;
+  bool account = true;    // sum up what is dissipated
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

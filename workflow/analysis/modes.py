@@ -1,0 +1,113 @@
+"""Floppy modes and states of self-stress of an interaction network: bases of null(G) and null(G^T) (G07 appendix A)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import null_space, qr
+from scipy.sparse import coo_array, csc_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from workflow.analysis.frame import Floats, Frame, Ints
+from workflow.analysis.network import TRANSLATIONS, degrees, row_owners
+from workflow.analysis.rigidity import (
+    cell_coupling,
+    coupling_rank,
+    dimensionless,
+    factorise_forces,
+    grain_order,
+    incidence_matrix,
+    length_unit,
+)
+from workflow.analysis.sparse_rank import factorise
+
+CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one of the vector
+
+
+@dataclass(frozen=True)
+class FloppyModes:
+    """Orthonormal motions without relative displacement, orthogonal to the translations (m = k - 2 of them).
+
+    ``grains`` (m, N, 3): u_1, u_2 and theta (zero without friction); ``cell`` (m, 2): eps_1, eps_2 (zero if fixed).
+    """
+
+    grains: Floats
+    cell: Floats
+
+
+@dataclass(frozen=True)
+class SelfStress:
+    """Systems of self-balanced forces, as local as the network allows.
+
+    ``normal``, ``tangential``, ``moment``: sparse (H, interactions), each row one independent system (G07 signs: n
+    from i to j, repulsion positive); a basis, neither orthogonal nor normalised.  ``clusters`` (interactions,) int64:
+    number of the hyperstatic cluster an interaction belongs to, -1 if no self-stress passes through it; two
+    interactions belong to the same cluster if grains and self-stressed interactions connect them.  Largest cluster
+    first.
+    """
+
+    normal: csr_array
+    tangential: csr_array
+    moment: csr_array
+    clusters: Ints
+
+
+def floppy_modes(frame: Frame, *, friction: bool = True, rolling: bool = False, free_cell: bool = False) -> FloppyModes:
+    """Orthonormal basis of the floppy modes beyond the translations; dense, so meant for a few hundred modes.
+
+    The scalar product is the sum over u_1, u_2, theta d and eps d, with d the mean diameter; returned in the frame's
+    units.
+    """
+    book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
+    factorised = factorise(dimensionless(frame, book), *grain_order(frame, book))
+    basis = qr(factorised.null_space().toarray(), mode="economic")[0]
+    translations = np.zeros((book.columns, TRANSLATIONS))
+    for axis in range(TRANSLATIONS):
+        translations[axis : book.per_grain * book.grains : book.per_grain, axis] = 1.0
+    modes = (basis @ null_space((basis.T @ translations).T)).T
+    grains = np.zeros((len(modes), book.grains, 3))
+    grains[:, :, : book.per_grain] = modes[:, : book.columns - book.cell].reshape(-1, book.grains, book.per_grain)
+    cell = modes[:, book.columns - book.cell :] if book.cell else np.zeros((len(modes), 2))
+    length = length_unit(frame)
+    return FloppyModes(grains / [1.0, 1.0, length], cell / length)
+
+
+def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, free_cell: bool = False) -> SelfStress:
+    """Basis of the self-balanced contact forces and the hyperstatic clusters that carry them: see ``SelfStress``."""
+    book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
+    matrix = dimensionless(frame, book)
+    forces = factorise_forces(frame, book, matrix)
+    basis = coo_array(_without_stress(forces.null_space(), cell_coupling(forces, matrix, book)))
+    owners = row_owners(frame, book)
+    kinds = np.repeat(range(3), [len(frame.contacts), book.contacts * book.friction, book.contacts * book.rolling])
+    shape, parts = (basis.shape[1], len(frame.contacts)), []
+    for kind in range(3):
+        here = kinds[basis.row] == kind
+        parts.append(csr_array((basis.data[here], (basis.col[here], owners[basis.row[here]])), shape=shape))
+    normal, tangential, moment = parts
+    return SelfStress(normal, tangential, moment * length_unit(frame), _clusters(frame, owners, basis))
+
+
+def _without_stress(basis: csc_array, coupling: Floats) -> csc_array:
+    """Combinations of the columns of ``basis`` with zero ``coupling``: pivot systems balance those that have any."""
+    rank = coupling_rank(coupling)
+    if not rank:
+        return basis
+    _, upper, order = qr(coupling, mode="economic", pivoting=True)
+    combine = np.linalg.solve(upper[:rank, :rank], upper[:rank, rank:])
+    combine[np.abs(combine) < CARRIES] = 0.0
+    return csc_array(basis[:, order[rank:]] - basis[:, order[:rank]] @ csc_array(combine))
+
+
+def _clusters(frame: Frame, owners: Ints, basis: coo_array) -> Ints:
+    """Number of the connected self-stressed cluster of every interaction, -1 for none, largest first."""
+    largest = np.zeros(basis.shape[1])
+    np.maximum.at(largest, basis.col, np.abs(basis.data))
+    carrying = np.unique(owners[basis.row[np.abs(basis.data) > CARRIES * largest[basis.col]]])
+    incidence = incidence_matrix(frame)[carrying]
+    count, label = connected_components(incidence @ incidence.T, directed=False)
+    by_size = np.argsort(-np.bincount(label, minlength=count), kind="stable")
+    clusters = np.full(len(frame.contacts), -1, dtype=np.int64)
+    clusters[carrying] = np.argsort(by_size)[label]
+    return clusters

@@ -1,0 +1,165 @@
+"""Rigidity matrix G and stiffness matrix K of a frame's interaction network (G07 appendix A).
+
+Columns are U = (u_i, theta_i)_i, then eps_1, eps_2 for a free cell, with u_i the displacement beyond the affine motion
+-eps.r_i (compression positive).  Rows are the relative displacements of the interactions: normal (approach positive),
+tangential and rolling (A1-A3).  Forces f along the rows balance the load G^T f (A5).
+
+Lever arms: the grains touch at the point that divides the branch in the ratio of the radii, so arm_i = R_i
+|r_ij|/(R_i + R_j) instead of R_i.  The relative difference is the overlap (1e-5 at kappa = 1e5), but with it the
+rigid rotation of a cluster and the counter-rotation of grains in even loops leave every contact exactly at rest,
+which the counts of the paper (kappa = 3 and H = 1 for the four discs of fig. 13) take for granted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array
+
+from workflow.analysis.frame import Floats, Frame, Ints
+from workflow.errors import InputError
+
+TRANSLATIONS = 2  # global motions that a periodic cell always leaves
+
+
+@dataclass(frozen=True)
+class Degrees:
+    """Book of degrees of freedom: N grains, N_c contacts, N_d distant pairs, and what they are allowed to do."""
+
+    grains: int
+    contacts: int
+    distant: int
+    friction: bool
+    rolling: bool
+    free_cell: bool
+
+    @property
+    def per_grain(self) -> int:
+        """Degrees of freedom of a grain: 3, or 2 without friction (rotations then play no part)."""
+        return 3 if self.friction else 2
+
+    @property
+    def cell(self) -> int:
+        """Degrees of freedom of the cell: 2 when free, else 0."""
+        return 2 if self.free_cell else 0
+
+    @property
+    def columns(self) -> int:
+        """N_f = per_grain N + cell."""
+        return self.per_grain * self.grains + self.cell
+
+    @property
+    def per_contact(self) -> int:
+        """Relative displacements of a contact: normal, + tangential with friction, + rolling."""
+        return 1 + self.friction + self.rolling
+
+    @property
+    def rows(self) -> int:
+        """M = per_contact N_c + N_d."""
+        return self.per_contact * self.contacts + self.distant
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Contact stiffnesses: ``normal`` K_N, ``tangential`` K_T [force/length], ``rolling`` K_r [moment], and
+    ``distant``, the stiffness of pairs at a distance, -F0/D0 in the law of G07 (eq. 4), never positive.
+    """
+
+    normal: float
+    tangential: float = 0.0
+    rolling: float = 0.0
+    distant: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value, valid, allowed in (
+            ("normal", self.normal, 0.0 < self.normal < np.inf, "a positive number"),
+            ("tangential", self.tangential, 0.0 <= self.tangential < np.inf, "a number >= 0"),
+            ("rolling", self.rolling, 0.0 <= self.rolling < np.inf, "a number >= 0"),
+            ("distant", self.distant, -np.inf < self.distant <= 0.0, "a number <= 0 (it is -F0/D0)"),
+        ):
+            if not valid:
+                raise InputError(f"springs: '{name}' is {value}; it must be {allowed}")
+
+
+def degrees(frame: Frame, *, friction: bool, rolling: bool = False, free_cell: bool = False) -> Degrees:
+    """The book of ``frame``; raises InputError for rolling resistance without friction or a frame without grains."""
+    if rolling and not friction:
+        raise InputError("rolling: True with friction False; rolling resistance needs rotations, set friction to True")
+    if not frame.grains:
+        raise InputError("frame: 0 grains; rigidity needs at least one, choose another frame")
+    touching = int(np.count_nonzero(frame.contacts.touching))
+    return Degrees(frame.grains, touching, len(frame.contacts) - touching, friction, rolling, free_cell)
+
+
+def row_owners(frame: Frame, book: Degrees) -> Ints:
+    """Interaction of every row of G, (M,) int64: all normal rows, then the contacts' tangential and rolling rows."""
+    touching = np.flatnonzero(frame.contacts.touching)
+    return np.concatenate([np.arange(len(frame.contacts)), *[touching] * (book.per_contact - 1)])
+
+
+def rigidity_matrix(frame: Frame, book: Degrees, length: float = 1.0) -> csr_array:
+    """Rigidity matrix G, (M, N_f) (G07 A1-A3), for lengths measured in units of ``length``.
+
+    Normal row n.(u_i - u_j + eps.r_ij); tangential row t.(u_i - u_j + eps.r_ij) + arm_i theta_i + arm_j theta_j
+    (contacts, with friction); rolling row theta_i - theta_j (contacts, with rolling resistance).  Order of rows:
+    ``row_owners``.
+    """
+    pairs = frame.contacts
+    n, branch = pairs.normal, pairs.branch / length
+    t = np.column_stack((-n[:, 1], n[:, 0]))
+    blocks = [_rows(frame, book, n, branch, None)]
+    touching = np.flatnonzero(pairs.touching)
+    if book.friction:
+        arm = pairs.distance / length / (frame.diameter[pairs.i] + frame.diameter[pairs.j])
+        arms = np.column_stack((arm * frame.diameter[pairs.i], arm * frame.diameter[pairs.j]))
+        blocks.append(_rows(frame, book, t, branch, arms, touching))
+    if book.rolling:
+        signs = np.tile([1.0, -1.0], (len(pairs), 1))
+        blocks.append(_rows(frame, book, np.zeros_like(t), branch, signs, touching))
+    row, column, value = (np.concatenate(parts) for parts in zip(*_stacked(blocks), strict=True))
+    matrix = coo_array((value, (row, column)), shape=(book.rows, book.columns)).tocsr()
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def _rows(
+    frame: Frame, book: Degrees, axis: Floats, branch: Floats, spins: Floats | None, chosen: Ints | None = None
+) -> tuple[Ints, Ints, Floats]:
+    """One row per chosen interaction, axis.(u_i - u_j + eps.branch) + spins.(theta_i, theta_j), as COO triplets."""
+    chosen = np.arange(len(axis)) if chosen is None else chosen
+    first, second = book.per_grain * frame.contacts.i[chosen], book.per_grain * frame.contacts.j[chosen]
+    axis, columns = axis[chosen], [first, first + 1, second, second + 1]
+    values = [axis[:, 0], axis[:, 1], -axis[:, 0], -axis[:, 1]]
+    if spins is not None:
+        columns += [first + 2, second + 2]
+        values += [spins[chosen, 0], spins[chosen, 1]]
+    if book.free_cell:
+        last = np.full(len(chosen), book.columns - 1)
+        columns += [last - 1, last]
+        values += list((axis * branch[chosen]).T)
+    return np.tile(np.arange(len(chosen)), len(columns)), np.concatenate(columns), np.concatenate(values)
+
+
+def _stacked(blocks: list[tuple[Ints, Ints, Floats]]) -> list[tuple[Ints, Ints, Floats]]:
+    """The same triplets with the rows of each block below those of the blocks before it."""
+    tops = np.cumsum([0, *(int(row.max()) + 1 if len(row) else 0 for row, _, _ in blocks)])
+    return [(row + top, column, value) for top, (row, column, value) in zip(tops, blocks, strict=False)]
+
+
+def stiffness_matrix(frame: Frame, book: Degrees, springs: Springs, length: float = 1.0) -> csc_array:
+    """Stiffness matrix K = G^T k G, (N_f, N_f) (G07 A6): the Hessian of the elastic energy at zero prestress.
+
+    k is diagonal: K_N or, for distant pairs, -F0/D0; K_T; K_r.  Prestress corrections are left out, as in the paper.
+    ``length``: unit of length, as in ``rigidity_matrix`` (K then has the unit of a force over a length throughout).
+    Raises InputError if a stiffness that the book needs is zero.
+    """
+    for name, needed in (("tangential", book.friction), ("rolling", book.rolling)):
+        if needed and not getattr(springs, name):
+            raise InputError(f"springs: '{name}' is 0 but the network resists that motion; give a positive stiffness")
+    matrix = rigidity_matrix(frame, book, length)
+    kinds = np.repeat(
+        [springs.tangential, springs.rolling / length**2], [book.contacts * book.friction, book.contacts * book.rolling]
+    )
+    normal = np.where(frame.contacts.touching, springs.normal, springs.distant)
+    return csc_array(matrix.T @ diags_array(np.concatenate((normal, kinds))) @ matrix)

@@ -1,0 +1,265 @@
+"""Readers of the text files a deck writes in one run directory: grains dump, contacts dump, time series.
+
+Dumps are streamed, one frame in memory at a time.  A run may be killed while it writes: what follows the last complete
+frame is ignored.  Damage before that point is an error that names file and line.  Contents are only ever parsed as
+numbers.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from typing import BinaryIO
+
+import numpy as np
+
+from workflow.analysis.frame import Contacts, Floats, Frame, Ints
+from workflow.errors import ArchiveError
+
+PathLike = str | os.PathLike[str]
+
+GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
+CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
+
+
+@dataclass(frozen=True)
+class Block:
+    """One snapshot of a LAMMPS text dump.
+
+    ``bounds`` (3, 2): lower and upper box faces.  ``columns``: names after ``ITEM: ATOMS`` or ``ITEM: ENTRIES``.
+    ``table`` (rows, len(columns)) float64.  ``line``: number of the line that holds the column names.
+    """
+
+    step: int
+    time: float
+    bounds: Floats
+    columns: tuple[str, ...]
+    table: Floats
+    line: int
+
+
+class _Truncated(Exception):
+    """The file ended inside a frame."""
+
+
+class _Lines:
+    """Lines of a file with their numbers; a line without its newline was cut off while it was written."""
+
+    def __init__(self, path: PathLike, file: BinaryIO) -> None:
+        self.path, self.file, self.number = path, file, 0
+
+    def take(self, count: int) -> list[bytes]:
+        lines = list(islice(self.file, count))
+        if len(lines) < count or (lines and not lines[-1].endswith(b"\n")):
+            raise _Truncated
+        self.number += count
+        return lines
+
+    def header(self, name: str) -> str:
+        """The rest of an ``ITEM: <name>`` line."""
+        line = self.take(1)[0].decode("ascii", "replace").rstrip()
+        item = f"ITEM: {name}"
+        if not f"{line} ".startswith(f"{item} "):
+            hint = " (dump_modify ... time yes)" if name == "TIME" else ""
+            raise self.fault(f"found '{line[:60]}', expected '{item}'{hint}")
+        return line[len(item) :].strip()
+
+    def numbers(self, rows: int, columns: int, what: str) -> Floats:
+        """``rows`` lines of ``columns`` finite numbers each."""
+        first = self.number + 1
+        lines = self.take(rows)
+        if not rows:
+            return np.empty((0, columns))
+        try:
+            table = np.loadtxt(lines, comments=None, ndmin=2)
+        except (ValueError, UnicodeDecodeError):
+            table = np.empty((0, 0))
+        if table.shape == (rows, columns) and np.isfinite(table).all():
+            return table
+        self.number = first + next((k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True)), 0)
+        raise self.fault(f"expected {columns} finite numbers per line ({what})")
+
+    def integer(self, what: str) -> int:
+        """A line with one integer >= 0; int() rather than float64 so that a step beyond 2**53 stays exact."""
+        line = self.take(1)[0]
+        if not line.strip().isdigit():
+            raise self.fault(f"found '{line.decode('ascii', 'replace').strip()[:60]}', expected one integer ({what})")
+        return int(line)
+
+    def fault(self, message: str) -> ArchiveError:
+        return ArchiveError(
+            f"{self.path}, line {self.number}: {message}; the file is damaged or is no LAMMPS dump of this package; "
+            "restore it or run again"
+        )
+
+
+def _numeric(line: bytes, columns: int, finite: bool) -> bool:
+    try:
+        values = [float(word) for word in line.split()]
+    except ValueError:
+        return False
+    return len(values) == columns and (not finite or bool(np.isfinite(values).all()))
+
+
+def _block(lines: _Lines, kind: str) -> Block:
+    """The next snapshot; ``kind`` is ATOMS or ENTRIES."""
+    lines.header("TIME")
+    time = float(lines.numbers(1, 1, "the time")[0, 0])
+    lines.header("TIMESTEP")
+    step = lines.integer("the time step")
+    lines.header(f"NUMBER OF {kind}")
+    rows = lines.integer("the number of rows")
+    lines.header("BOX BOUNDS")
+    bounds = lines.numbers(3, 2, "lower and upper box face")
+    columns = tuple(lines.header(kind).split())
+    line = lines.number
+    return Block(step, time, bounds, columns, lines.numbers(rows, len(columns), " ".join(columns)), line)
+
+
+def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
+    """Snapshots of a LAMMPS ``dump custom`` (kind ATOMS) or ``dump local`` (kind ENTRIES), steps increasing.
+
+    A step written twice (the end of one stage is the start of the next) is given once, as first written.  Raises
+    ArchiveError for a missing file, damage before the last frame, or steps that go back.
+    """
+    last = -1
+    with _open(path) as file:
+        lines = _Lines(path, file)
+        while True:
+            try:
+                block = _block(lines, kind)
+            except _Truncated:
+                return
+            if block.step < last:
+                lines.number = block.line
+                raise lines.fault(f"found step {block.step} after step {last}, expected increasing steps")
+            if block.step > last:
+                yield block
+            last = block.step
+
+
+def _open(path: PathLike) -> BinaryIO:
+    try:
+        return open(path, "rb")
+    except OSError as error:
+        raise ArchiveError(f"cannot read '{path}': {error.strerror}; check the path and that the run started") from None
+
+
+def read_frames(
+    grains: PathLike,
+    contacts: PathLike,
+    *,
+    series: Mapping[str, Floats] | None = None,
+    stages: Mapping[int, str] | None = None,
+) -> Iterator[Frame]:
+    """Frames of a run: the steps present in both dumps, in order; one at a time.
+
+    ``grains``: columns `GRAIN_COLUMNS` in any order, others are ignored; sorted by id.  ``contacts``: the 15 columns
+    in fixed order, by position; rows of state 0 are dropped, the others brought to i < j (which flips branch, moment
+    and rotation, while T and du keep their sign) and sorted by (i, j).  ``series`` (see `read_series`) gives each frame
+    the stage number of the last row at or before its step, and ``stages`` names the numbers (default: the number).
+    """
+    names = dict(stages or {})
+    partner = read_blocks(contacts, "ENTRIES")
+    table = next(partner, None)
+    for block in read_blocks(grains, "ATOMS"):
+        while table is not None and table.step < block.step:
+            table = next(partner, None)
+        if table is None:
+            return
+        if table.step == block.step:
+            number = _stage_number(series, block.step)
+            yield _frame(block, table, names.get(number, str(number)), grains, contacts)
+
+
+def _stage_number(series: Mapping[str, Floats] | None, step: int) -> int:
+    """Stage in force at ``step``; of rows at the same step the first counts: the frame ends the earlier stage."""
+    if not series or not len(series["step"]):
+        return 0
+    row = int(np.searchsorted(series["step"], step, "left"))
+    if row == len(series["step"]) or series["step"][row] != step:
+        row = max(row - 1, 0)
+    return int(series["stage"][row])
+
+
+def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: PathLike) -> Frame:
+    missing = [name for name in GRAIN_COLUMNS if name not in block.columns]
+    if missing:
+        raise ArchiveError(
+            f"{grains}, line {block.line}: column {', '.join(missing)} missing; "
+            f"expected at least {' '.join(GRAIN_COLUMNS)}; correct the dump command of the deck"
+        )
+    place = {name: block.columns.index(name) for name in GRAIN_COLUMNS}
+    rows = block.table[np.argsort(block.table[:, place["id"]], kind="stable")]
+
+    def pick(*names: str) -> Floats:
+        return np.ascontiguousarray(rows[:, [place[name] for name in names]].squeeze(-1 if len(names) == 1 else ()))
+
+    ids = pick("id").astype(np.int64)
+    if len(ids) > 1 and (np.diff(ids) <= 0).any():
+        twice = int(ids[1:][np.diff(ids) <= 0][0])
+        raise ArchiveError(f"{grains}, line {block.line}: grain id {twice} occurs twice at step {block.step}; "
+                           "each grain has one row; the file is damaged, run again")
+    return Frame(
+        step=block.step, time=block.time, stage=stage,
+        origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],
+        ids=ids, diameter=pick("diameter"), mass=pick("mass"), position=pick("x", "y"), velocity=pick("vx", "vy"),
+        spin=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
+        contacts=_contacts(table, ids, contacts),
+    )  # fmt: skip
+
+
+def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
+    if len(block.columns) != CONTACT_COLUMNS:
+        raise ArchiveError(
+            f"{path}, line {block.line}: {len(block.columns)} columns, expected {CONTACT_COLUMNS}; "
+            "correct the dump local command of the deck"
+        )
+    table = block.table[block.table[:, 2] != 0]
+    swap = table[:, 0] > table[:, 1]
+    table[swap, :2] = table[swap, 1::-1]
+    table[np.ix_(swap, (3, 4, 10, 12))] *= -1.0
+    table = table[np.lexsort((table[:, 1], table[:, 0]))]
+    i, j = (rows_of(table[:, c].astype(np.int64), ids, f"{path}, step {block.step}") for c in (0, 1))
+    columns = np.ascontiguousarray(table[:, 5:].T)
+    return Contacts(i, j, table[:, 3:5].copy(), *columns[:8], *(columns[8:] != 0))
+
+
+def rows_of(wanted: Ints, ids: Ints, where: str) -> Ints:
+    """Rows of grain ids ``wanted`` in the sorted array ``ids``; ArchiveError (named by ``where``) if one is absent."""
+    absent = ~np.isin(wanted, ids)
+    if absent.any():
+        raise ArchiveError(
+            f"{where}: the contact table names grain id {int(wanted[absent][0])}, which is no grain of that frame; "
+            "both files must come from one run; run again"
+        )
+    return np.searchsorted(ids, wanted)
+
+
+def read_series(path: PathLike) -> dict[str, Floats]:
+    """Time series of ``fix print``: name -> (rows,) float64, in column order.
+
+    First line ``# step time ... stage ...``, then one row of numbers per output; a repeated title line (a resumed run)
+    is skipped, an unfinished last line dropped.  ``nan`` is allowed, for a quantity not defined yet.
+    """
+    with _open(path) as file:
+        lines = [line for line in file if line.endswith(b"\n")]
+    title = lines[0].decode("ascii", "replace") if lines else ""
+    names = title.lstrip("# ").split()
+    if not title.startswith("#") or names[:2] != ["step", "time"] or "stage" not in names:
+        raise ArchiveError(f"{path}, line 1: found '{title.strip()[:60]}', expected '# step time ... stage ...'; "
+                           "correct the fix print command of the deck")  # fmt: skip
+    rows = [(number, line) for number, line in enumerate(lines[1:], 2) if line != lines[0]]
+    try:
+        table = np.loadtxt([line for _, line in rows], comments=None, ndmin=2) if rows else np.empty((0, len(names)))
+    except ValueError:
+        table = np.empty((0, 0))
+    back = np.flatnonzero(np.diff(table[:, 0]) < 0) + 1 if table.shape == (len(rows), len(names)) else [None]
+    if len(back):
+        bad = (n for n, line in rows if not _numeric(line, len(names), finite=False))
+        number = next(bad, 2) if back[0] is None else rows[back[0]][0]
+        raise ArchiveError(f"{path}, line {number}: expected {len(names)} numbers ({' '.join(names)}) and "
+                           "increasing steps; the file is damaged; restore it or run again")  # fmt: skip
+    return {name: table[:, k].copy() for k, name in enumerate(names)}

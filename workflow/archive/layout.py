@@ -1,0 +1,34 @@
+"""Where things are in a run's HDF5 file (H5MD 1.1 with the contact tables, stage names and provenance beside it)."""
+
+GRAINS = "particles/grains"
+
+# Time-dependent per-grain data: name in the file -> field of Frame.  The first three have a zero third component,
+# because H5MD readers expect three dimensions.  A grain absent from a frame (not yet poured, or gone) holds NaN.
+VECTORS = {"position": "position", "velocity": "velocity", "force": "force"}
+SCALARS = {"angular_velocity": "spin", "torque": "torque"}
+# Per-grain data that never change, (grains,) each.
+CONSTANTS = {"id": "ids", "mass": "mass", "diameter": "diameter"}
+
+# Contact tables of all frames end to end; frame k owns rows offset[k]:offset[k+1].  "i" and "j" are grain ids.
+CONTACTS = "contacts"
+OFFSET = "contacts/offset"
+
+STAGE = "stage"
+PROVENANCE = "provenance"
+# Time series.  MDAnalysis reads row k of every observable with frame k and fails when there is none, so a series with
+# fewer rows than frames goes to SHORT_SERIES instead.
+SERIES = "observables"
+SHORT_SERIES = "series"
+
+REQUIRED = (
+    "h5md",
+    *(f"{GRAINS}/{name}/value" for name in (*VECTORS, *SCALARS)),
+    *(f"{GRAINS}/{name}" for name in CONSTANTS),
+    f"{GRAINS}/position/step",
+    f"{GRAINS}/position/time",
+    f"{GRAINS}/box/edges/value",
+    f"{GRAINS}/box/origin/value",
+    OFFSET,
+    STAGE,
+    PROVENANCE,
+)

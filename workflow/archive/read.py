@@ -1,0 +1,174 @@
+"""Reading a run's HDF5 file: frames on demand, time series, stage names, provenance, and a MDAnalysis Universe."""
+
+from __future__ import annotations
+
+import json
+import operator
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from functools import cached_property
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, overload
+
+import h5py
+import numpy as np
+
+from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.archive import layout
+from workflow.archive.dumps import rows_of
+from workflow.errors import ArchiveError, EnvironmentFault, InputError
+
+if TYPE_CHECKING:
+    import MDAnalysis
+
+PathLike = str | os.PathLike[str]
+
+
+class Archive:
+    """One run's file, open for reading; a context manager.
+
+    Raises ArchiveError if the file is absent, no HDF5, or lacks a part; InputError for a frame that does not exist.
+    """
+
+    def __init__(self, path: PathLike) -> None:
+        self.path = path
+        try:
+            self._file = h5py.File(path, "r")
+        except OSError as error:
+            reason = error.strerror or "it is not an HDF5 file, or it is cut off"
+            raise ArchiveError(f"cannot open archive '{path}': {reason}; give the archive of a finished run") from None
+        missing = [name for name in layout.REQUIRED if name not in self._file]
+        if missing:
+            self.close()
+            raise ArchiveError(
+                f"archive '{path}': '{missing[0]}' is missing; expected the layout of workflow.archive.layout; "
+                "write the archive again from the run directory"
+            )
+
+    def __enter__(self) -> Archive:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return int(self._file[layout.STAGE].shape[0])
+
+    @property
+    def frames(self) -> Frames:
+        """All frames as a sequence; each is read when it is asked for."""
+        return Frames(self)
+
+    @cached_property
+    def stages(self) -> tuple[str, ...]:
+        """Stage name of every frame."""
+        return tuple(self._file[layout.STAGE].asstr()[:])
+
+    @cached_property
+    def series(self) -> dict[str, Floats]:
+        """Time series, name -> (rows,) float64, beginning with ``step`` and ``time``; empty if none was written."""
+        group = self._file.get(layout.SERIES, self._file.get(layout.SHORT_SERIES))
+        if group is None:
+            return {}
+        first = next(iter(group.values()))
+        clock = {name: first[name][:].astype(np.float64) for name in ("step", "time")}
+        return clock | {name: element["value"][:] for name, element in group.items()}
+
+    @cached_property
+    def provenance(self) -> dict[str, Any]:
+        """What `write_archive` was given: parameters, seeds, versions, hashes."""
+        try:
+            return json.loads(self._file[layout.PROVENANCE].asstr()[()])
+        except (ValueError, TypeError) as error:
+            raise ArchiveError(f"archive '{self.path}': 'provenance' is no JSON ({error}); write it again") from None
+
+    def frame(self, index: int) -> Frame:
+        """Frame ``index``; negative counts from the end."""
+        count = len(self)
+        if not -count <= index < count:
+            raise InputError(f"frame {index} does not exist in '{self.path}'; allowed: {-count} to {count - 1}")
+        try:
+            return self._frame(index % count)
+        except OSError as error:
+            raise ArchiveError(f"archive '{self.path}', frame {index}: {error}; the file is damaged") from None
+
+    def _frame(self, k: int) -> Frame:
+        group = self._file[layout.GRAINS]
+        present = ~np.isnan(group["torque/value"][k])
+        vectors = {field: group[f"{name}/value"][k, :, :2][present] for name, field in layout.VECTORS.items()}
+        scalars = {field: group[f"{name}/value"][k][present] for name, field in layout.SCALARS.items()}
+        constants = {field: group[name][:][present] for name, field in layout.CONSTANTS.items()}
+        return Frame(
+            step=int(group["position/step"][k]),
+            time=float(group["position/time"][k]),
+            stage=self.stages[k],
+            origin=group["box/origin/value"][k],
+            cell=group["box/edges/value"][k, :2],
+            contacts=self._contacts(k, constants["ids"]),
+            **vectors, **scalars, **constants,
+        )  # fmt: skip
+
+    def _contacts(self, k: int, ids: np.ndarray) -> Contacts:
+        start, stop = self._file[layout.OFFSET][k : k + 2]
+        group = self._file[layout.CONTACTS]
+        columns = {field.name: group[field.name][start:stop] for field in fields(Contacts)}
+        for name in ("i", "j"):
+            columns[name] = rows_of(columns[name], ids, f"archive '{self.path}', frame {k}")
+        return Contacts(**columns)
+
+
+class Frames(Sequence[Frame]):
+    """The frames of an archive, read on demand."""
+
+    def __init__(self, archive: Archive) -> None:
+        self._archive = archive
+
+    def __len__(self) -> int:
+        return len(self._archive)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self._archive.frame(k) for k in range(len(self)))
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
+        if isinstance(index, slice):
+            return [self._archive.frame(k) for k in range(*index.indices(len(self)))]
+        return self._archive.frame(operator.index(index))
+
+
+def universe(path: PathLike) -> MDAnalysis.Universe:
+    """MDAnalysis Universe of the archive: grain ids, masses, radii, and the trajectory (float32, scene units).
+
+    MDAnalysis pairs row k of a time series with frame k; here ``ts.data`` holds the row at or before the frame's step.
+    Raises ArchiveError for a bad file, EnvironmentFault if MDAnalysis is not installed.
+    """
+    try:
+        import MDAnalysis
+    except ImportError:
+        raise EnvironmentFault("MDAnalysis is not installed; pip install MDAnalysis h5py") from None
+    with Archive(path) as archive:
+        group = archive._file[layout.GRAINS]
+        constants = {name: group[name][:] for name in layout.CONSTANTS}
+        series = archive.series
+    result = MDAnalysis.Universe.empty(len(constants["id"]), trajectory=False)
+    result.add_TopologyAttr("ids", constants["id"])
+    result.add_TopologyAttr("masses", constants["mass"])
+    result.add_TopologyAttr("radii", constants["diameter"] / 2)
+
+    def pair(ts: Any) -> Any:
+        row = max(int(np.searchsorted(series["step"], ts.data["step"], "right")) - 1, 0)
+        ts.data.update({name: values[row] for name, values in series.items() if name not in ("step", "time")})
+        return ts
+
+    result.load_new(os.fspath(path), format="H5MD", convert_units=False)
+    if series:
+        result.trajectory.add_transformations(pair)
+    return result

@@ -1,0 +1,199 @@
+"""Frames, time series and provenance -> one HDF5 file that H5MD readers (MDAnalysis, OVITO) open."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from workflow.analysis.frame import Contacts, Floats, Frame, Ints
+from workflow.archive import layout
+from workflow.errors import ArchiveError, InputError
+
+# Rows per HDF5 chunk: 64 kB of float64, small against a frame of a real run and no waste in a small one.
+CHUNK = 8192
+# Measured on 20 frames of 5600 grains: 27 MB in 0.5 s plain, 15 MB in 1.5 s so; higher levels save 1 % more.
+COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+PathLike = str | os.PathLike[str]
+
+
+@contextmanager
+def replacing(path: PathLike) -> Iterator[Path]:
+    """A temporary name beside ``path`` to write to; synced and renamed on success, removed on failure.
+
+    Raises ArchiveError when the file cannot be written; an existing file stays as it was.
+    """
+    target = Path(path)
+    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        yield draft
+        with open(draft, "rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(draft, target)
+    except OSError as error:
+        raise ArchiveError(f"cannot write '{target}': {error}; check directory, rights and free space") from None
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def write_archive(
+    path: PathLike, frames: Iterable[Frame], series: Mapping[str, Floats], provenance: Mapping[str, Any]
+) -> None:
+    """Write ``frames`` (streamed: one in memory at a time), ``series`` and ``provenance`` to one H5MD 1.1 file.
+
+    ``series``: name -> (rows,) float64 with ``step`` and ``time`` (see `read_series`), or empty.  ``provenance``: JSON
+    data; its ``author`` and ``version``, if any, fill the H5MD author and creator.  Grains may appear (with ids above
+    those known) and vanish; mass and diameter are constant.  The file appears complete or not at all.  Raises
+    ArchiveError (no frame, inconsistent grains, unwritable path) and InputError (provenance is no JSON).
+    """
+    try:
+        document = json.dumps(dict(provenance), sort_keys=True, indent=1)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"provenance: {error}; give only strings, numbers, lists and dictionaries") from None
+    with replacing(path) as draft, h5py.File(draft, "w") as file:
+        _head(file, provenance)
+        writer = _Writer(file)
+        for frame in frames:
+            writer.add(frame)
+        if not writer.count:
+            raise ArchiveError(f"nothing to write to '{path}': the run has no complete frame; let it run longer")
+        _series(file, series, writer.count)
+        file.create_dataset(layout.PROVENANCE, data=document)
+
+
+def _head(file: h5py.File, provenance: Mapping[str, Any]) -> None:
+    head = file.create_group("h5md")
+    head.attrs["version"] = np.array([1, 1], dtype=np.int32)
+    head.create_group("author").attrs["name"] = str(provenance.get("author", "unknown"))
+    creator = head.create_group("creator")
+    creator.attrs["name"] = "workflow"
+    creator.attrs["version"] = str(provenance.get("version", "unknown"))
+    box = file.create_group(f"{layout.GRAINS}/box")
+    box.attrs["dimension"] = 3
+    box.attrs["boundary"] = np.array([b"periodic", b"periodic", b"none"])
+
+
+class _Writer:
+    """Appends frames; all datasets grow along their first axis, per-grain ones along the second too."""
+
+    def __init__(self, file: h5py.File) -> None:
+        self.file, self.count, self.rows = file, 0, 0
+        self.known: dict[str, np.ndarray] = {}
+
+    def add(self, frame: Frame) -> None:
+        if not self.count:
+            self._create(frame)
+        rows = self._register(frame)
+        group = self.file[layout.GRAINS]
+        self._append(group["position/step"], frame.step)
+        self._append(group["position/time"], frame.time)
+        self._append(group["box/edges/value"], [*frame.cell, 1.0])
+        self._append(group["box/origin/value"], frame.origin)
+        self._append(self.file[layout.STAGE], frame.stage)
+        for name, field in (layout.VECTORS | layout.SCALARS).items():
+            self._append(group[f"{name}/value"], self._spread(getattr(frame, field), rows))
+        self._contacts(frame)
+        self.count += 1
+
+    def _create(self, frame: Frame) -> None:
+        """All datasets, empty; step and time are shared by hard links, as H5MD allows."""
+        group = self.file[layout.GRAINS]
+        chunk = min(max(frame.grains, 1), CHUNK)
+        for name in layout.VECTORS:
+            _dataset(group, f"{name}/value", (0, 0, 3), (None, None, 3), (1, chunk, 3))
+        for name in layout.SCALARS:
+            _dataset(group, f"{name}/value", (0, 0), (None, None), (1, chunk))
+        _dataset(group, "position/step", (0,), (None,), (256,), np.int64)
+        _dataset(group, "position/time", (0,), (None,), (256,))
+        _dataset(group, "box/edges/value", (0, 3), (None, 3), (256, 3))
+        _dataset(group, "box/origin/value", (0, 2), (None, 2), (256, 2))
+        for name in (*layout.VECTORS, *layout.SCALARS, "box/edges", "box/origin"):
+            for clock in () if name == "position" else ("step", "time"):
+                group[f"{name}/{clock}"] = group[f"position/{clock}"]
+        for name, field in layout.CONSTANTS.items():
+            self.known[name] = getattr(frame, field)[:0]
+            _dataset(group, name, (0,), (None,), (chunk,), self.known[name].dtype)
+        for entry in fields(Contacts):
+            column = getattr(frame.contacts, entry.name)
+            _dataset(self.file, f"{layout.CONTACTS}/{entry.name}", (0, *column.shape[1:]),
+                     (None, *column.shape[1:]), (CHUNK, *column.shape[1:]), column.dtype)  # fmt: skip
+        _dataset(self.file, layout.OFFSET, (1,), (None,), (256,), np.int64, fill=0)
+        _dataset(self.file, layout.STAGE, (0,), (None,), (256,), h5py.string_dtype())
+
+    def _register(self, frame: Frame) -> Ints:
+        """Rows of the frame's grains in the file; grains with new ids are added behind the known ones."""
+        known = self.known["id"]
+        fresh = ~np.isin(frame.ids, known)
+        if fresh.any() and len(known) and frame.ids[fresh][0] < known[-1]:
+            raise ArchiveError(
+                f"step {frame.step}: new grain id {frame.ids[fresh][0]} is below the known id {known[-1]}; "
+                "new grains need increasing ids; correct the insertion in the deck"
+            )
+        for name, field in layout.CONSTANTS.items():
+            self.known[name] = np.concatenate((self.known[name], getattr(frame, field)[fresh]))
+            if fresh.any():
+                dataset = self.file[layout.GRAINS][name]
+                dataset.resize(len(self.known[name]), axis=0)
+                dataset[len(known) :] = self.known[name][len(known) :]
+        rows = np.searchsorted(self.known["id"], frame.ids)
+        for name, field in layout.CONSTANTS.items():
+            changed = self.known[name][rows] != getattr(frame, field)
+            if changed.any():
+                raise ArchiveError(f"step {frame.step}: {name} of grain {frame.ids[changed][0]} differs from earlier "
+                                   "frames; all frames must come from one run")  # fmt: skip
+        return rows
+
+    def _spread(self, values: Floats, rows: Ints) -> Floats:
+        """Per-grain values at their rows in the file, NaN where a grain is absent, third component 0."""
+        if values.ndim == 2:
+            values = np.column_stack((values, np.zeros(len(values))))
+        full = np.full((len(self.known["id"]), *values.shape[1:]), np.nan)
+        full[rows] = values
+        return full
+
+    def _append(self, dataset: h5py.Dataset, value: Any) -> None:
+        shape = (self.count + 1, *np.shape(value))
+        dataset.resize((shape[0], *(max(new, old) for new, old in zip(shape[1:], dataset.shape[1:], strict=True))))
+        dataset[self.count] = value
+
+    def _contacts(self, frame: Frame) -> None:
+        start, self.rows = self.rows, self.rows + len(frame.contacts)
+        for field in fields(Contacts):
+            dataset = self.file[layout.CONTACTS][field.name]
+            column = getattr(frame.contacts, field.name)
+            dataset.resize(self.rows, axis=0)
+            dataset[start:] = frame.ids[column] if field.name in ("i", "j") else column
+        offset = self.file[layout.OFFSET]
+        offset.resize(self.count + 2, axis=0)
+        offset[-1] = self.rows
+
+
+def _dataset(
+    group: h5py.Group, name: str, shape: tuple, maximum: tuple, chunks: tuple, dtype: Any = np.float64, fill: Any = None
+) -> None:
+    if fill is None and dtype is np.float64:
+        fill = np.nan
+    group.create_dataset(name, shape, dtype, maxshape=maximum, chunks=chunks, fillvalue=fill, **COMPRESSION)
+
+
+def _series(file: h5py.File, series: Mapping[str, Floats], frames: int) -> None:
+    if not series or not len(series["step"]):
+        return
+    name = layout.SERIES if len(series["step"]) >= frames else layout.SHORT_SERIES
+    group = file.create_group(name, track_order=True)
+    clock = {"step": np.asarray(series["step"], dtype=np.int64), "time": series["time"]}
+    shared: dict[str, h5py.Dataset] = {}
+    for name, values in series.items():
+        if name not in clock:
+            element = group.create_group(name)
+            element["value"] = values
+            for key, data in clock.items():
+                element[key] = shared.setdefault(key, data)
+                shared[key] = element[key]

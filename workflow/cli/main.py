@@ -1,0 +1,51 @@
+"""wf: parse and dispatch.  Exit status: 0 ok, 1 failed, 2 misuse, 130 interrupted."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import sys
+
+from workflow import __version__
+from workflow.cli import deck, doctor, measure, plot, resume, run, status
+from workflow.errors import WorkflowError
+
+COMMANDS = (run, resume, deck, measure, plot, status, doctor)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    top = argparse.ArgumentParser(
+        prog="wf", description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures."
+    )
+    top.add_argument("--version", action="version", version=f"wf {__version__}")
+    commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for module in COMMANDS:
+        module.declare(commands)
+    return top
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run one command; errors meant for the user become one message on stderr."""
+    arguments = parser().parse_args(words)
+    try:
+        return int(arguments.action(arguments) or 0)
+    except WorkflowError as fault:
+        print(f"wf: {fault}", file=sys.stderr)
+        return fault.status
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as fault:
+        if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO):
+            raise
+        print(f"wf: {fault.filename or 'a file'} cannot be written: {fault.strerror}; make room or choose another place", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("wf: interrupted", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,88 @@
+"""Options of the command line made from the quantities of a scene, and the frame every command runs in."""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from workflow.errors import InputError
+from workflow.scene.presets import SCENES, Scene, read_toml, scene_from
+from workflow.scene.quantity import Quantity, quantity_of
+
+
+def command(
+    commands: Any, name: str, summary: str, examples: str, *, action: Any
+) -> argparse.ArgumentParser:
+    """A subcommand with its summary, worked examples and the function that does it."""
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name, help=summary, description=summary[0].upper() + summary[1:] + ".",
+        epilog="examples:\n" + textwrap.indent(textwrap.dedent(examples).strip(), "  "),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.set_defaults(action=action)
+    return parser
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """The scene: a name with options, or a TOML file, or a file with options on top."""
+    parser.add_argument("scene", help=f"{', '.join(sorted(SCENES))}, or a TOML file")
+    group = parser.add_argument_group("scene parameters (defaults are those of the paper)")
+    known: set[str] = set()
+    for scene in SCENES.values():
+        for item in fields(scene):
+            if item.name not in known:
+                known.add(item.name)
+                _add(group, item.name, quantity_of(item), item.default)
+
+
+def _add(group: Any, name: str, known: Quantity, default: Any) -> None:
+    flag = "--" + name.replace("_", "-")
+    notes = [known.meaning]
+    if known.unit:
+        notes.append(f"[{known.unit}]")
+    if default is not None:
+        notes.append(f"(default {default})" if known.kind is not bool else f"(default {'yes' if default else 'no'})")
+    text = " ".join(notes).replace("%", "%%")
+    if known.kind is bool:
+        group.add_argument(flag, action=argparse.BooleanOptionalAction, default=argparse.SUPPRESS, help=text)
+        return
+    kind = {int: _whole, float: float, str: str}[known.kind]
+    group.add_argument(
+        flag, type=kind, default=argparse.SUPPRESS, help=text, metavar=known.symbol or name.upper(),
+        choices=known.choices or None,
+    )  # fmt: skip
+
+
+def _whole(text: str) -> int:
+    """Whole numbers, also written 1e5."""
+    try:
+        return int(text)
+    except ValueError:
+        number = float(text)
+        if not number.is_integer():
+            raise argparse.ArgumentTypeError(f"{text} is not a whole number") from None
+        return int(number)
+
+
+_whole.__name__ = "whole number"
+
+
+def scene_of(arguments: argparse.Namespace) -> Scene:
+    """The scene that the command line describes."""
+    given = {
+        item.name: getattr(arguments, item.name)
+        for scene in SCENES.values()
+        for item in fields(scene)
+        if hasattr(arguments, item.name)
+    }
+    if arguments.scene in SCENES:
+        return scene_from({"scene": arguments.scene, **given})
+    if not (arguments.scene.endswith(".toml") or Path(arguments.scene).exists()):
+        raise InputError(
+            f"'{arguments.scene}' is neither a scene nor a file; scenes are: {', '.join(sorted(SCENES))}; "
+            "or give the path of a TOML file"
+        )
+    return scene_from({**read_toml(Path(arguments.scene)), **given})

@@ -1,0 +1,28 @@
+"""wf resume: continue an interrupted or killed run."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from workflow.cli.options import command
+from workflow.cli.run import add_run_options, finish
+from workflow.engine.rundir import RunDirectory
+
+EXAMPLES = """
+wf resume runs/method1-130aae48            continue from the newest checkpoint
+wf resume runs/method1-130aae48 --ranks 2  the same on two MPI ranks
+"""
+
+
+def declare(commands: Any) -> None:
+    """Options of `wf resume`."""
+    parser = command(commands, "resume", "continue an interrupted run from its newest checkpoint", EXAMPLES, action=action)
+    parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
+    add_run_options(parser)
+
+
+def action(arguments: argparse.Namespace) -> int:
+    """Continue the run."""
+    return finish(RunDirectory.open(arguments.directory), arguments, resume=True)

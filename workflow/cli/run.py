@@ -1,0 +1,103 @@
+"""wf run: scene -> run directory -> engine -> archive and measures."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from workflow.cli.options import add_scene, command, scene_of
+from workflow.engine.collect import MEASURES
+from workflow.engine.environment import engine
+from workflow.engine.launch import run
+from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
+from workflow.errors import InputError
+
+EXAMPLES = """
+wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
+wf run method1 --no-cohesion --mu 0.15 --out dense    without cohesion, into directory dense
+wf run scene.toml --seed 2 --ranks 2                  a scene from a file, another seed, two MPI ranks
+
+a scene file holds the options as names and values; every run writes the one that repeats it:
+  scene = "method1"
+  phi0 = 0.36
+  cohesion = false
+"""
+
+
+def declare(commands: Any) -> None:
+    """Options of `wf run`."""
+    parser = command(commands, "run", "run a scene and measure the result", EXAMPLES, action=action)
+    add_scene(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="run directory (default runs/NAME-HASH)")
+    add_run_options(parser)
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """What run and resume share."""
+    parser.add_argument("--ranks", type=int, default=1, metavar="R", help="MPI ranks (default 1)")
+    parser.add_argument("--json", action="store_true", help="print the measures as JSON")
+
+
+def action(arguments: argparse.Namespace) -> int:
+    """Create the directory and run it."""
+    scene = scene_of(arguments)
+    engine()  # a missing plugin or engine is said before anything is written
+    directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
+    choice = scene.step_choice
+    print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
+    print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
+    left_out = scene.left_out()
+    if left_out:
+        print(f"left out, not paid for: {', '.join(left_out)}", file=sys.stderr)
+    return finish(directory, arguments, resume=False)
+
+
+def finish(directory: RunDirectory, arguments: argparse.Namespace, *, resume: bool) -> int:
+    """Run or continue, then show the result."""
+    if arguments.ranks < 1:
+        raise InputError(f"--ranks {arguments.ranks} is not allowed: it must be at least 1")
+    status = run(directory, ranks=arguments.ranks, resume=resume)
+    if status == INTERRUPTED:
+        print(f"wf: interrupted; continue with 'wf resume {directory.path}'", file=sys.stderr)
+        return 130
+    show(directory, as_json=arguments.json)
+    return 0
+
+
+def show(directory: RunDirectory, *, as_json: bool) -> None:
+    """Print the measures of the run."""
+    measures = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+    print(json.dumps(measures, indent=1) if as_json else summary(measures, directory))
+
+
+def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
+    """The measures for people."""
+    stress, residual = measures["stress"], measures["energy_residual"]
+    unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
+    shares = "  ".join(f"x{k} {100 * share:.1f}" for k, share in enumerate(measures["neighbour_shares"]))
+    rumpf = measures["rumpf_ratio"]
+    lines = [
+        f"{'in equilibrium' if measures['equilibrated'] else 'NOT in equilibrium'} at t = {measures['time']:.2f} T0 (step {measures['step']})",
+        f"solid fraction        {measures['solid_fraction']:.4f}",
+        f"coordination z        {measures['coordination']:.3f}   z* {measures['coordination_backbone']:.3f}   "
+        f"rattlers {100 * measures['rattler_fraction']:.1f} %   distant pairs {measures['interactions']['distant']}",
+        f"neighbours [%]        {shares}",
+        f"stress                xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {stress['targets'][0]:g})",
+        f"Rumpf ratio           {'undefined (no mean force)' if rumpf is None else format(rumpf, '.4f')}",
+        f"unbalanced [F1]       force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}",
+        f"kinetic energy/grain  {measures['kinetic_energy']['per_grain']:.2g}  (with drift and rattlers {measures['kinetic_energy']['raw']:.2g})",
+    ]
+    if residual:
+        lines.append(f"energy residual       {100 * residual['relative']:.2f} % of the energy that went through")
+    if relaxation:
+        lines.append(
+            f"settling              contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}, "
+            f"solid fraction {relaxation['solid_fraction_change']:+.1e}"
+        )
+    tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
+    lines.append(f"steps                 {numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}; largest overlap {numerics['largest_overlap']:.1e} a")
+    lines.append(f"files                 {directory.path}  ('wf plot {directory.path}' draws it)")
+    return "\n".join(lines)

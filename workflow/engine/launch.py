@@ -1,0 +1,110 @@
+"""Run a deck in a child process and watch it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+from workflow.deck.render import DECK
+from workflow.engine.checkpoint import cut_back, newest
+from workflow.engine.collect import collect
+from workflow.engine.environment import engine, python_child
+from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
+from workflow.engine.watch import Progress
+from workflow.errors import EngineError, InputError
+
+POLL = 0.25  # seconds between looks at a running child
+PATIENCE = 60.0  # seconds a child may take to write its checkpoint after it was asked to stop
+
+
+def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: TextIO = sys.stderr) -> str:
+    """Run (or continue) the deck of ``directory`` on ``ranks`` MPI ranks; returns its status.
+
+    A KeyboardInterrupt asks the engine to stop: it writes a checkpoint and the last frame, and the status is
+    INTERRUPTED.  Raises EngineError with the engine's own words if it fails; what it wrote stays.
+    """
+    environment = engine()
+    with directory.lock():
+        variables = _start(directory, resume)
+        command = [*python_child(), DECK, *variables]
+        if ranks > 1:
+            command = [str(environment.mpiexec), "-n", str(ranks), *command]
+        directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), reason=None)
+        begun = time.monotonic()
+        progress = Progress(directory, out)
+        with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
+            child = subprocess.Popen(
+                command, cwd=directory.path, env=environment.variables(), stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True,
+            )  # fmt: skip
+            interrupted = _watch(child, directory, progress.show)
+            errors.seek(0)
+            words = errors.read().strip()
+        progress.end()
+        seconds = time.monotonic() - begun
+        result = directory.result()
+        if child.returncode != 0 or not result:
+            reason = _reason(child.returncode, words)
+            directory.record(status=FAILED, finished=timestamp(), seconds=seconds, reason=reason)
+            raise EngineError(f"the engine stopped in '{directory.path}': {reason}")
+        status = INTERRUPTED if interrupted or result["stopped"] else FINISHED
+        (directory / "stop").unlink(missing_ok=True)
+        collect(directory)
+        directory.record(status=status, finished=timestamp(), seconds=seconds, result=result)
+    return status
+
+
+def _start(directory: RunDirectory, resume: bool) -> list[str]:
+    """Variables that say where the deck starts, after the directory was brought back to that point."""
+    (directory / "stop").unlink(missing_ok=True)
+    if not resume:
+        return []
+    if directory.state["status"] == FINISHED:
+        raise InputError(f"the run in '{directory.path}' is finished; there is nothing to resume (see 'wf measure')")
+    checkpoint = newest(directory.path)
+    _forget_result(directory)
+    if checkpoint is None:  # interrupted before the first checkpoint: start over
+        cut_back(directory.path, -1)
+        return []
+    cut_back(directory.path, checkpoint.step)
+    return ["restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
+
+
+def _forget_result(directory: RunDirectory) -> None:
+    """Keep the log of the interrupted part, without its result line."""
+    log = directory / "log.lammps"
+    if log.is_file():
+        text = log.read_text(encoding="utf-8", errors="replace")
+        directory.write_text("log.lammps", text.replace("\nRESULT ", "\ninterrupted: "))
+
+
+def _watch(child: subprocess.Popen[bytes], directory: RunDirectory, show: Callable[[], None]) -> bool:
+    """Wait for the child; True if the user interrupted it."""
+    interrupted, deadline = False, float("inf")
+    while child.poll() is None:
+        try:
+            time.sleep(POLL)
+            show()
+        except KeyboardInterrupt:
+            if interrupted:
+                child.terminate()
+            interrupted = True
+            deadline = time.monotonic() + PATIENCE
+            (directory / "stop").touch()
+        if time.monotonic() > deadline:
+            child.terminate()
+            deadline = float("inf")
+    return interrupted
+
+
+def _reason(status: int, words: str) -> str:
+    """Why the child failed, in one line."""
+    lines = [line for line in words.splitlines() if line.strip()]
+    if status < 0 and not lines:
+        return f"it was killed by signal {-status}; continue with 'wf resume'"
+    error = next((line for line in lines if "ERROR" in line), lines[-1] if lines else "it left no message")
+    return error.replace("Exception: ", "").strip()

@@ -1,0 +1,139 @@
+"""A run directory: everything about one run, in files that say what they are.
+
+    scene.toml     the scene that repeats the run             run.json       status, command, versions, hashes, times
+    deck.in        the deck, runs alone with `lmp -in`        log.lammps     the engine's log
+    grains.data    initial grains                             series.txt     time series, one row per sample
+    grains.dump, contacts.dump   frames as the engine wrote   run.h5         the archive: frames, contacts, series
+    checkpoint.*   what `wf resume` continues from            measures.json  the measures of the last frame
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import shlex
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workflow.archive.dumps import read_series
+from workflow.archive.write import replacing
+from workflow.deck.render import DATA, DECK, data_file, render
+from workflow.engine.environment import versions
+from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
+
+STAGES = {1: "compress", 2: "settle"}
+FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """Paths and records of the run in ``path``."""
+
+    path: Path
+
+    def __truediv__(self, name: str) -> Path:
+        return self.path / name
+
+    @classmethod
+    def open(cls, path: Path) -> RunDirectory:
+        """An existing run directory; InputError if ``path`` is none."""
+        if not (path / "run.json").is_file():
+            what = "is no run directory (it has no run.json)" if path.is_dir() else "does not exist"
+            raise InputError(f"'{path}' {what}; give the directory that 'wf run' or 'wf deck' wrote")
+        return cls(path)
+
+    @classmethod
+    def create(cls, path: Path, scene: Scene) -> RunDirectory:
+        """A new run directory with deck, data and provenance; nothing is left if that fails."""
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise InputError(
+                f"'{path}' exists and is not empty; nothing was changed. Give another --out DIR, or continue it with "
+                f"'wf resume {shlex.quote(str(path))}'"
+            )
+        deck, discs = render(scene), scene.discs()
+        run = cls(path)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as fault:
+            raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
+        run.write_text(DATA, data_file(discs))
+        run.write_text(DECK, deck)
+        run.write_text("scene.toml", to_toml(scene))
+        run.record(
+            status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
+            hashes={name: run.hash(name) for name in (DECK, DATA)}, command=shlex.join(["wf", *sys.argv[1:]]),
+        )  # fmt: skip
+        return run
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file of the directory as a whole or not at all."""
+        with replacing(self / name) as draft:
+            draft.write_text(text, encoding="utf-8")
+
+    def hash(self, name: str) -> str:
+        """SHA-256 of a file of the directory."""
+        return hashlib.sha256((self / name).read_bytes()).hexdigest()
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The record in run.json."""
+        try:
+            state = json.loads((self / "run.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError) as fault:
+            raise ArchiveError(f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again") from fault
+        if not isinstance(state, dict):
+            raise ArchiveError(f"'{self / 'run.json'}' holds no record; the directory is damaged, run again")
+        return state
+
+    def record(self, **changes: Any) -> None:
+        """Change entries of run.json."""
+        state = self.state if (self / "run.json").exists() else {}
+        self.write_text("run.json", json.dumps({**state, **changes}, indent=1) + "\n")
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of scene.toml."""
+        return scene_from(read_toml(self / "scene.toml"))
+
+    def series(self) -> dict[str, Any] | None:
+        """The time series so far, None before its first row."""
+        if not (self / "series.txt").is_file():
+            return None
+        series = read_series(self / "series.txt")
+        return series if len(series["step"]) else None
+
+    @contextmanager
+    def lock(self) -> Iterator[None]:
+        """One `wf` at a time works in a directory."""
+        with open(self / ".lock", "w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise WorkflowError(
+                    f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
+                ) from None
+            yield
+
+    def result(self) -> dict[str, float]:
+        """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""
+        log = self / "log.lammps"
+        lines = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
+        found = [line.split()[1:] for line in lines if line.startswith("RESULT ")]
+        return {name: float(value) for name, value in zip(found[-1][::2], found[-1][1::2], strict=True)} if found else {}
+
+
+def default_directory(scene: Scene) -> Path:
+    """runs/NAME-HASH: the same scene always goes to the same place."""
+    return Path("runs") / f"{scene.name}-{scene.digest[:8]}"
+
+
+def timestamp() -> str:
+    """Now, UTC, ISO 8601."""
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())

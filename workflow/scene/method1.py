@@ -1,0 +1,149 @@
+"""Method 1 of G07 (sec. III A): compress a random gas of discs, at rest, under a constant isotropic stress."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs, diameters, place
+from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Step, choose_step
+
+DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method1(Grains, Material, Cell, Equilibrium, Numerics):
+    """Scene `method1`; every parameter is a field, every derived number a property."""
+
+    name = "method1"
+    title = "compression of a granular gas under constant stress (G07 method 1)"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.step_choice.step > 0.25 * self.step_choice.period:
+            raise InputError(
+                f"step = {self.step_choice.step:g} is not allowed: with {self.step_choice.period / self.step_choice.step:.2g} "
+                f"steps per stiffest period {self.step_choice.period:.3g} the integration is unstable; use at most "
+                f"{0.25 * self.step_choice.period:.2g}, or leave it out"
+            )
+        if self.neighbour_skin <= self.law_in_units.d0:
+            raise InputError(
+                f"skin = {self.neighbour_skin:g} is not allowed: it must exceed the range of attraction d0 = {self.d0:g} [a], or "
+                "pairs would be missed; leave it out"
+            )
+        shortest = math.sqrt(self.n * self.mean_area / DENSEST)
+        needed = 2.0 * (1.0 + self.neighbour_skin)
+        if shortest < needed:
+            least = math.ceil(needed**2 * DENSEST / self.mean_area)
+            raise InputError(
+                f"n = {self.n} is not allowed: compressed, {self.n} grain(s) fill a cell of {shortest:.2f} a, in which a grain would touch "
+                f"two images of its neighbour (the cell must stay above {needed:.2f} a); use n = {least} or more"
+            )
+
+    @property
+    def mean_area(self) -> float:
+        """Mean disc area pi <d^2>/4 for d uniform in [smallest, 1]."""
+        s = self.smallest
+        return math.pi / 4.0 * (1.0 + s + s * s) / 3.0
+
+    @property
+    def pressure(self) -> float:
+        """Imposed stress, F0/a (cohesionless: 1)."""
+        return self.pstar if self.cohesion else 1.0
+
+    @property
+    def force_unit(self) -> float:
+        """F1 = max(F0, P a) (G07 sec. II D)."""
+        return max(1.0, self.pressure) if self.cohesion else self.pressure
+
+    @cached_property
+    def law_in_units(self) -> Law:
+        """The contact law's coefficients in scene units."""
+        return self.law(self.pressure)
+
+    @property
+    def approach_speed(self) -> float:
+        """Speed of grains just before they jam, sqrt(2 P dA/sum(m)) from the work of the pressure on the shrinking cell."""
+        mean_mass = 4.0 / math.pi * self.mean_area
+        return math.sqrt(2.0 * self.pressure * self.mean_area * (1.0 / self.phi0 - 1.0 / 0.8) / mean_mass)
+
+    @cached_property
+    def step_choice(self) -> Step:
+        """The time step with its reason."""
+        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
+
+    @property
+    def neighbour_skin(self) -> float:
+        """Skin of the neighbour list [a]."""
+        return self.skin if self.skin is not None else max(0.1, 2.0 * self.law_in_units.d0)
+
+    @property
+    def hold_time(self) -> float:
+        """50 periods of a contact of two largest discs and 10 of the cell (mass M on a stiffness of order K_N)."""
+        if self.hold is not None:
+            return self.hold
+        kn = self.law_in_units.kn
+        contact = 2.0 * math.pi * math.sqrt(0.5 / kn)
+        total_mass = self.n * 4.0 / math.pi * self.mean_area
+        length = math.sqrt(self.n * self.mean_area / self.phi0)
+        cell = 2.0 * math.pi * math.sqrt(self.cell_mass * total_mass / length / kn)
+        return max(50.0 * contact, 10.0 * cell)
+
+    @property
+    def digest(self) -> str:
+        """Hash of the resolved scene, the run's identity."""
+        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def random(self, stage: str) -> np.random.Generator:
+        """The random stream of a stage: its seed hashes what the stage depends on, so that stages are independent."""
+        words = hashlib.sha256(f"{self.name}/{stage}/{self.seed}".encode()).digest()
+        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
+
+    def discs(self) -> Discs:
+        """The initial discs: random, not overlapping, every gap at least D0."""
+        rng = self.random("placement")
+        return place(diameters(self.n, self.smallest, rng), self.phi0, self.law_in_units.d0, rng)
+
+    def variables(self) -> dict[str, str | int | float]:
+        """Values of the variables of the deck method1.in."""
+        step = self.step_choice.step
+        law = self.law_in_units
+        check = max(1, round(0.02 / step))
+        series = check * max(1, round(self.series_interval / (check * step)))
+        return {
+            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, 1e100), "f0": law.f0, "d0": law.d0,
+            "kr": law.kr, "mur": law.mur,
+            "stress": self.pressure, "force_unit": self.force_unit, "barostat": self.barostat,
+            "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "convention": self.convention,
+            "berendsen_period": self.berendsen_period,
+            "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
+            "hold": self.hold_time, "quiet": 2.0 * self.hold_time, "drag": self.drag,
+            "step": step, "skin": self.neighbour_skin, "start_energy": 0.0, "account": "yes" if self.account else "no",
+            "max_steps": math.ceil(self.max_time / step), "check_every": check, "series_every": series,
+            "frame_every": series * math.ceil(self.frame_interval / (series * step)),
+            "checkpoint_every": max(1, round(self.checkpoint_interval / step)),
+        }  # fmt: skip
+
+    def left_out(self) -> list[str]:
+        """What this scene does not use and therefore does not pay for."""
+        law = self.law_in_units
+        unused = {
+            "attraction and its tail": law.f0 == 0,
+            "friction, its memory and rotation": law.mu == 0 and law.mur == 0,
+            "friction": law.mu == 0 and law.mur > 0,
+            "rolling resistance": law.mur == 0,
+            "damping": law.zeta == 0,
+            "energy account": not self.account,
+        }
+        return [what for what, out in unused.items() if out]
+
+    def with_values(self, **values: object) -> Method1:
+        """A copy with some parameters changed."""
+        return replace(self, **values)

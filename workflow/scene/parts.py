@@ -1,0 +1,181 @@
+"""What scenes are made of: grains, material, cell, equilibrium, numerics and output.
+
+Units: length a (largest diameter), mass of a disc of diameter a, force F0; without cohesion the force unit is a P
+(P = 1).  Time unit T0 = sqrt(m a/F0), or sqrt(m/P).  G07 is Gilabert, Roux, Castellanos, PRE 75, 011303 (2007).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from workflow.scene.quantity import Parameters, quantity
+
+CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest frequency is estimated with
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grains(Parameters):
+    """How many discs, of what sizes, and where they start."""
+
+    n: int = quantity(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
+    phi0: float = quantity(
+        0.36, float, "initial solid fraction", symbol="Phi_I", above=0.0, high=0.6, source="G07 table II"
+    )
+    smallest: float = quantity(
+        0.5, float, "smallest diameter; sizes are uniform in [smallest, 1]", unit="a", low=0.01, high=1.0,
+        source="G07 sec. II A",
+    )  # fmt: skip
+    seed: int = quantity(1, int, "seed of sizes and positions", low=0, high=2**63 - 1)
+
+
+@dataclass(frozen=True)
+class Law:
+    """Coefficients of the cohesive law in scene units, as pair_style disc/cohesive takes them."""
+
+    kn: float
+    kt: float
+    zeta: float
+    mu: float
+    f0: float
+    d0: float
+    kr: float
+    mur: float
+
+    @property
+    def largest_frequency_per_mass(self) -> float:
+        """omega^2 times the smallest disc's mass, an estimate of the stiffest vibration in a packing.
+
+        A disc held by six equal neighbours: omega^2 m = 3 (K_N + K_T) for translation, 12 K_T (+ 12 K_r/R^2) for
+        rotation (I = m R^2/2), and 6 K_T (pair: reduced mass, both rotations) for the tangential mode of two discs.
+        """
+        kt = self.kt if self.mu > 0 else 0.0
+        kr = self.kr if self.mur > 0 else 0.0
+        translation = 0.5 * CONTACTS_OF_A_DISC * (self.kn + kt)
+        return max(translation, 2.0 * CONTACTS_OF_A_DISC * kt + 2.0 * CONTACTS_OF_A_DISC * 16.0 * kr)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material(Parameters):
+    """The law's dimensionless numbers (G07 table I)."""
+
+    mu: float = quantity(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="G07 table I: 0.15, 0.5")
+    rolling: bool = quantity(False, bool, "rolling resistance", source="G07 eq. 10")
+    cohesion: bool = quantity(True, bool, "attraction F0 of range D0", source="G07 eq. 4")
+    kappa: float = quantity(
+        1e5, float, "stiffness K_N a/F0 (K_N/P without cohesion or for P* > 1)", symbol="kappa", low=1e2, high=1e8,
+        source="G07 table I",
+    )  # fmt: skip
+    zeta: float = quantity(
+        0.8, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0, source="G07 eq. 6"
+    )
+    d0: float = quantity(1e-3, float, "range of attraction", symbol="D0", unit="a", low=1e-6, high=0.1, source="G07 eq. 4")
+    kt_ratio: float = quantity(1.0, float, "tangential stiffness K_T/K_N", above=0.0, high=10.0, source="G07 table I")
+    kr_ratio: float = quantity(1e-4, float, "rolling stiffness K_r/(K_N a^2)", above=0.0, high=1.0, source="G07 table I")
+    mur: float | None = quantity(
+        None, float, "rolling friction mu_r, default 0.01 mu a", symbol="mu_r", unit="a", low=0.0, automatic=True,
+        source="G07 table I",
+    )  # fmt: skip
+
+    def law(self, pressure: float) -> Law:
+        """Coefficients in scene units for a pressure P in F0/a (cohesionless: P = 1)."""
+        kn = self.kappa * (max(1.0, pressure) if self.cohesion else pressure)
+        rolling_length = (0.01 * self.mu if self.mur is None else self.mur) if self.rolling else 0.0
+        return Law(
+            kn=kn,
+            kt=kn * self.kt_ratio,
+            zeta=self.zeta,
+            mu=self.mu,
+            f0=1.0 if self.cohesion else 0.0,
+            d0=self.d0 if self.cohesion else 0.0,
+            kr=kn * self.kr_ratio,
+            mur=rolling_length,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell(Parameters):
+    """Stress control of the periodic cell (G07 eq. 3)."""
+
+    pstar: float = quantity(
+        0.01, float, "reduced pressure P* = P a/F0 (ignored without cohesion, where P = 1)", symbol="P*", unit="F0/a",
+        above=0.0, high=100.0, source="G07 eq. 12",
+    )  # fmt: skip
+    barostat: str = quantity(
+        "inertial", str, "inertial (G07 eq. 3) or LAMMPS's first-order berendsen", choices=("inertial", "berendsen")
+    )
+    cell_mass: float = quantity(
+        0.3, float, "cell inertia M in units of sum(m_i)/L", above=0.0, high=1e4, source="G07 sec. II A"
+    )
+    rate_cap: float = quantity(
+        0.0, float, "cap on the strain rate, 0 for none", unit="1/T0", low=0.0, source="G07 sec. III B: 0.05 in method 2"
+    )
+    convention: int = quantity(
+        0, int, "c in m dv/dt = F + c m (dL/dt/L) v: 0 decided here, 1: L s'' = F/m, -1: Hamiltonian", low=-1, high=1
+    )
+    berendsen_period: float = quantity(1.0, float, "relaxation time of the berendsen barostat", unit="T0", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equilibrium(Parameters):
+    """When a stage ends (G07 sec. II D) and how the last vibrations are taken out."""
+
+    force_tolerance: float = quantity(
+        1e-4, float, "largest net force and moment, stress error, in units of F1 = max(F0, P a)", above=0.0, high=1.0,
+        source="G07 sec. II D",
+    )  # fmt: skip
+    energy_tolerance: float = quantity(
+        5e-8, float, "kinetic energy per grain in units of F1 a", above=0.0, high=1.0, source="G07 sec. II D"
+    )
+    hold: float | None = quantity(
+        None, float, "time the criteria must hold, default 50 contact periods and 10 cell oscillations", unit="T0",
+        low=0.0, automatic=True,
+    )  # fmt: skip
+    drag: float = quantity(
+        1.0, float, "drag of the settling stage, which starts once the force-carrying network is calm; 0: no such stage",
+        unit="1/T0", low=0.0, high=100.0,
+    )  # fmt: skip
+    max_time: float = quantity(500.0, float, "longest time of each stage", unit="T0", above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numerics(Parameters):
+    """Step, neighbour list, energy account and output."""
+
+    step: float | None = quantity(
+        None, float, "time step, default from the stiffest period and the tail", unit="T0", above=0.0, automatic=True
+    )
+    steps_per_period: float = quantity(28.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    skin: float | None = quantity(
+        None, float, "neighbour skin, default 0.1 a or twice the range of attraction", unit="a", above=0.0, high=1.0,
+        automatic=True,
+    )  # fmt: skip
+    account: bool = quantity(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
+    frame_interval: float = quantity(0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0)
+    series_interval: float = quantity(0.2, float, "time between rows of the time series", unit="T0", above=0.0)
+    checkpoint_interval: float = quantity(5.0, float, "time between checkpoints", unit="T0", above=0.0)
+
+
+@dataclass(frozen=True)
+class Step:
+    """The chosen time step and why: ``step`` T0, ``period`` stiffest period, ``reason`` in words."""
+
+    step: float
+    period: float
+    reason: str
+
+
+def choose_step(law: Law, smallest: float, speed: float, numerics: Numerics) -> Step:
+    """The step from the stiffest period 2 pi/omega_max and from the tail, D0/(v step) >= 5 at approach speed v.
+
+    ``smallest``: smallest diameter [a], mass d^2; ``speed``: approach speed that the scene must expect [a/T0].
+    """
+    period = 2.0 * math.pi * smallest / math.sqrt(law.largest_frequency_per_mass)
+    if numerics.step is not None:
+        return Step(numerics.step, period, f"given; {period / numerics.step:.1f} steps per stiffest period {period:.3g}")
+    step = period / numerics.steps_per_period
+    reason = f"stiffest period {period:.3g} / {numerics.steps_per_period:g}"
+    tail = law.d0 / (5.0 * speed) if law.f0 > 0 and speed > 0 else math.inf
+    if tail < step:
+        step, reason = tail, f"five steps in the tail of range {law.d0:g} at approach speed {speed:.3g}"
+    return Step(step, period, reason)

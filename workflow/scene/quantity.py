@@ -1,0 +1,118 @@
+"""Parameters of a scene as data: default, symbol, unit, range, meaning and source of each, stated once.
+
+The same statement drives validation, the TOML file, the options of the command line and their help.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+from workflow.errors import InputError
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is known of one parameter beyond its name and default.
+
+    ``low``, ``high``: closed range of allowed values; ``above``: a bound that must be exceeded.  ``choices`` instead of a
+    range for words.  ``automatic``: None is allowed and stands for a value derived from the rest.
+    """
+
+    kind: type
+    meaning: str
+    symbol: str = ""
+    unit: str = ""
+    source: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    above: float = -math.inf
+    choices: tuple[str, ...] = ()
+    automatic: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """The allowed values in words."""
+        if self.kind is bool:
+            return "true or false"
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        noun = "a whole number" if self.kind is int else "a number"
+        parts = [noun]
+        if self.above > -math.inf:
+            parts.append(f"above {self.above:g}")
+        if self.low > -math.inf:
+            parts.append(f"not below {self.low:g}")
+        if self.high < math.inf:
+            parts.append(f"not above {self.high:g}")
+        return parts[0] + " " * (len(parts) > 1) + " and ".join(parts[1:])
+
+    def check(self, name: str, value: Any) -> Any:
+        """``value`` as ``kind``, or InputError naming parameter, value and what is allowed."""
+        if value is None and self.automatic:
+            return None
+        converted = self._convert(value)
+        if converted is None or not self._inside(converted):
+            unit = f" [{self.unit}]" if self.unit else ""
+            raise InputError(f"{name} = {value!r} is not allowed: it must be {self.allowed}{unit} ({self.meaning})")
+        return converted
+
+    def _convert(self, value: Any) -> Any:
+        if self.kind in (bool, str):
+            return value if isinstance(value, self.kind) else None
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return None
+        if self.kind is int:
+            return int(value) if float(value).is_integer() else None
+        return float(value)
+
+    def _inside(self, value: Any) -> bool:
+        if self.choices:
+            return value in self.choices
+        if self.kind in (bool, str):
+            return True
+        # infinity is a value (mu = inf: no sliding) where no upper bound is set; NaN never is
+        return value >= self.low and value > self.above and value <= self.high
+
+
+def quantity(default: Any, kind: type, meaning: str, **known: Any) -> Any:
+    """A dataclass field that carries its Quantity."""
+    return field(default=default, metadata={"quantity": Quantity(kind, meaning, **known)})
+
+
+def quantity_of(item: Field) -> Quantity:
+    """The Quantity of a dataclass field."""
+    return item.metadata["quantity"]
+
+
+def unknown_name(name: str, known: Iterable[str], what: str) -> InputError:
+    """The error for a misspelt name, with the nearest known ones."""
+    known = sorted(known)
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"known are: {', '.join(known)}"
+    return InputError(f"unknown {what} '{name}'; {hint}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameters:
+    """Base of every scene: a frozen set of quantities, checked on creation."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            object.__setattr__(self, item.name, quantity_of(item).check(item.name, getattr(self, item.name)))
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> Parameters:
+        """A scene from names and values; unknown names are errors."""
+        known = {item.name for item in fields(cls)}
+        for name in values:
+            if name not in known:
+                raise unknown_name(name, known, "parameter")
+        return cls(**values)
+
+    def as_mapping(self) -> dict[str, Any]:
+        """Names and values, automatic ones left out."""
+        return {item.name: getattr(self, item.name) for item in fields(self) if getattr(self, item.name) is not None}

@@ -15,6 +15,13 @@ struct alignas(64) Neighbours {
   double eta;         // viscosity of the pair
   Springs springs;    // of the contact, zero while it is open
   double viscous;     // N_v of the last force evaluation, zero while the contact is open
+
+  bool remembers() const { return springs.stretch != 0.0 || springs.rotation != 0.0 || viscous != 0.0; }
+  void forget()
+  {
+    springs = {0.0, 0.0};
+    viscous = 0.0;
+  }
 };
 static_assert(sizeof(Neighbours) == 64, "one pair fills one cache line");
 

@@ -202,12 +202,15 @@ void FixDiscEquilibrium::measure_grains(const double *virial)
   figure[RATTLERS] = grains - sums[COUNT];
 }
 
+/* Without cohesion the light touch of a rattler comes and goes; what holds the packing carries forces of order F1, and a
+   hundred tolerances is far below that. */
 void FixDiscEquilibrium::watch_network()
 {
+  const double least = pair->range() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
   comm->forward_comm(this, 1);
   uint64_t sum = 0;
   pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double) {
-    if (now.state != PairDisc::CONTACT || !carries(now)) return;
+    if (now.state != PairDisc::CONTACT || now.elastic < least) return;
     if (carrying[p.i] < needed() || carrying[p.j] < needed()) return;
     const uint64_t a = std::min(atom->tag[p.i], atom->tag[p.j]), b = std::max(atom->tag[p.i], atom->tag[p.j]);
     uint64_t hash = (a << 32 | b) * 0x9E3779B97F4A7C15ull;    // multiplicative hash, mixed once more

@@ -24,7 +24,7 @@ namespace LAMMPS_NS
    Vector: 1 largest net force; 2 largest net moment; 3, 4 stresses; 5 kinetic energy per grain without drift and
    rattlers; 6 raw kinetic energy per grain; 7 rattlers; 8 contacts; 9 distant pairs; 10 time the criteria have held;
    11 largest overlap; 12 largest approach speed of two touching or attracting grains; 13 time since the network, the
-   force-carrying contacts between grains that are no rattlers, last changed; 14 is 1 once the stop file exists. */
+   contacts that hold grains which are no rattlers, last changed; 14 is 1 once the stop file exists. */
 class FixDiscEquilibrium : public Fix
 {
 public:

@@ -116,7 +116,20 @@ void FixDiscIntegrate::begin_stage()
   }
 }
 
-int FixDiscIntegrate::setmask() { return FixConst::INITIAL_INTEGRATE | FixConst::FINAL_INTEGRATE; }
+int FixDiscIntegrate::setmask()
+{
+  return FixConst::INITIAL_INTEGRATE | FixConst::FINAL_INTEGRATE | FixConst::POST_NEIGHBOR;
+}
+
+/* Grains change places in memory only when lists are rebuilt; divisions are dear. */
+void FixDiscIntegrate::post_neighbor()
+{
+  inverse.resize(atom->nlocal);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double m = atom->rmass[i], r = atom->radius[i];
+    inverse[i] = {1.0 / m, 2.0 / (m * r * r)};    // I = m R^2/2
+  }
+}
 
 void FixDiscIntegrate::init()
 {
@@ -216,10 +229,10 @@ template <bool SCALED> void FixDiscIntegrate::kick(double dt)
       v[k + 1] *= scale[1];
       w[k + 2] *= kept;
     }
-    const double impulse = dt / m[i];
+    const double impulse = dt * inverse[i].mass;
     v[k] += impulse * f[k];
     v[k + 1] += impulse * f[k + 1];
-    w[k + 2] += 2.0 * impulse / (r[i] * r[i]) * torque[k + 2];    // I = m R^2/2
+    w[k + 2] += dt * inverse[i].inertia * torque[k + 2];
   }
   if (SCALED) dragged += 0.5 * (1.0 - kept * kept) * lost;
 }

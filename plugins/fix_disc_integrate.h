@@ -5,6 +5,8 @@
 
 #include "fix.h"
 
+#include <vector>
+
 namespace LAMMPS_NS
 {
 
@@ -31,6 +33,8 @@ public:
   FixDiscIntegrate(class LAMMPS *, int, char **);
   int setmask() override;
   void init() override;
+  void setup_post_neighbor() override { post_neighbor(); }
+  void post_neighbor() override;
   void setup(int) override;
   void initial_integrate(int) override;
   void final_integrate() override;
@@ -59,7 +63,12 @@ private:
   void kick_grains(double dt);
   template <bool SCALED> void kick(double dt);
 
+  struct Inverse {
+    double mass, inertia;
+  };
+
   Axis axis[2];
+  std::vector<Inverse> inverse;    // per grain
   bool stress_control = false;
   double mass_factor = 0.3, inertia = 0.0, rate_cap = 0.0, convention = 0.0, drag = 0.0, work = 0.0, dragged = 0.0;
   class PairDisc *pair = nullptr;

@@ -29,7 +29,7 @@ constexpr Keyword KEYWORDS[] = {{"kn", &disc::CohesiveLaw::kn},     {"kt", &disc
                                 {"f0", &disc::CohesiveLaw::f0},     {"d0", &disc::CohesiveLaw::d0},
                                 {"kr", &disc::CohesiveLaw::kr},     {"mur", &disc::CohesiveLaw::mur}};
 
-/* Sums of one force evaluation, kept apart for pairs that newton off lists once and twice. */
+/* Sums of one force evaluation; a pair that newton off lists twice counts half each time. */
 struct Tally {
   double xx = 0.0, yy = 0.0, xy = 0.0;
   disc::Loss loss;
@@ -182,65 +182,83 @@ void PairDiscCohesive::kernel()
   const int nlocal = atom->nlocal;
   const double dt = update->setupflag ? 0.0 : update->dt;    // no time passes in the force evaluation before a run
   const double rate_x = history->rate[0], rate_y = history->rate[1];
-  Tally once, twice;
+  Tally sum;
+
+  disc::Block b;
+  Neighbours *chosen[disc::Block::SIZE];
+  int count = 0;
+  const auto respond = [&]() {
+    disc::respond<DAMPING, COHESION, FRICTION, ROLLING, ACCOUNT>(L, dt, b, count);
+    for (int k = 0; k < count; k++) {
+      Neighbours &p = *chosen[k];
+      const int i = 3 * p.i, j = 3 * p.j;
+      if (DAMPING) p.viscous = b.viscous[k];
+      if (FRICTION) p.springs.stretch = b.stretch[k];
+      if (ROLLING) p.springs.rotation = b.rotation[k];
+      const double fx = b.fx[k], fy = b.fy[k];
+      const double tangential = FRICTION ? b.tangential[k] : 0.0, moment = ROLLING ? b.moment[k] : 0.0;
+      f[i] -= fx;
+      f[i + 1] -= fy;
+      if (FRICTION || ROLLING) torque[i + 2] -= p.ri * tangential + moment;
+      if (NEWTON || p.j < nlocal) {
+        f[j] += fx;
+        f[j + 1] += fy;
+        if (FRICTION || ROLLING) torque[j + 2] += moment - p.rj * tangential;
+      }
+      const double weight = NEWTON || p.j < nlocal ? 1.0 : 0.5;
+      if (STRESS) {
+        sum.xx += weight * fx * b.bx[k];
+        sum.yy += weight * fy * b.by[k];
+        sum.xy += weight * fx * b.by[k];
+      }
+      if (ACCOUNT) {
+        if (DAMPING) sum.loss.viscous += weight * b.lost_viscous[k];
+        if (FRICTION) sum.loss.sliding += weight * b.lost_sliding[k];
+        if (ROLLING) sum.loss.rolling += weight * b.lost_rolling[k];
+      }
+    }
+    count = 0;
+  };
 
   for (Neighbours &p : history->pairs) {
     const int i = 3 * p.i, j = 3 * p.j;
     const double bx = x[j] - x[i], by = x[j + 1] - x[i + 1];
-    const double distance2 = bx * bx + by * by;
     const double touch = p.ri + p.rj;
     const double reach = COHESION ? touch + L.d0 : touch;
-    if (distance2 >= reach * reach) {
-      p.springs = {0.0, 0.0};
-      p.viscous = 0.0;
+    if (bx * bx + by * by >= reach * reach) {
+      if (p.remembers()) p.forget();    // most were apart before: do not make the cache write them back
       continue;
     }
-
-    const double distance = std::sqrt(distance2);
-    const double nx = bx / distance, ny = by / distance;
-    const double h = distance - touch;
-    Tally &tally = NEWTON || p.j < nlocal ? once : twice;
-    disc::Reaction reaction{0.0, 0.0, 0.0, 0.0};
-    if (!COHESION || h < 0.0) {
-      disc::Motion motion{0.0, 0.0, 0.0};
-      const double dvx = v[j] - v[i] + rate_x * bx, dvy = v[j + 1] - v[i + 1] + rate_y * by;
-      if (DAMPING) motion.normal = nx * dvx + ny * dvy;
-      if (FRICTION) motion.tangent = nx * dvy - ny * dvx - p.ri * w[i + 2] - p.rj * w[j + 2];
-      if (ROLLING) motion.spin = w[j + 2] - w[i + 2];
-      reaction = disc::contact<DAMPING, FRICTION, ROLLING, ACCOUNT>(L, p.eta, h, motion, dt, p.springs, tally.loss);
-    } else {
-      p.springs = {0.0, 0.0};
+    chosen[count] = &p;
+    b.bx[count] = bx;
+    b.by[count] = by;
+    b.touch[count] = touch;
+    if (DAMPING || FRICTION) {
+      b.ux[count] = v[j] - v[i] + rate_x * bx;
+      b.uy[count] = v[j + 1] - v[i + 1] + rate_y * by;
     }
-    p.viscous = reaction.viscous;
-
-    double normal = reaction.elastic + reaction.viscous;
-    if (COHESION) normal += h < 0.0 ? -L.f0 : -L.f0 * (1.0 - h / L.d0);
-    const double fx = FRICTION ? normal * nx - reaction.tangential * ny : normal * nx;
-    const double fy = FRICTION ? normal * ny + reaction.tangential * nx : normal * ny;
-    f[i] -= fx;
-    f[i + 1] -= fy;
-    if (FRICTION || ROLLING) torque[i + 2] -= p.ri * reaction.tangential + reaction.moment;
-    if (NEWTON || p.j < nlocal) {
-      f[j] += fx;
-      f[j + 1] += fy;
-      if (FRICTION || ROLLING) torque[j + 2] += reaction.moment - p.rj * reaction.tangential;
+    if (DAMPING) b.eta[count] = p.eta;
+    if (FRICTION) {
+      b.surface[count] = p.ri * w[i + 2] + p.rj * w[j + 2];
+      b.stretch[count] = p.springs.stretch;
     }
-    if (STRESS) {
-      tally.xx += fx * bx;
-      tally.yy += fy * by;
-      tally.xy += fx * by;
+    if (ROLLING) {
+      b.spin[count] = w[j + 2] - w[i + 2];
+      b.rotation[count] = p.springs.rotation;
     }
+    if (++count == disc::Block::SIZE) respond();
   }
+  respond();
 
   if (STRESS) {
-    force_moment[0] = once.xx + 0.5 * twice.xx;
-    force_moment[1] = once.yy + 0.5 * twice.yy;
-    force_moment[2] = once.xy + 0.5 * twice.xy;
+    force_moment[0] = sum.xx;
+    force_moment[1] = sum.yy;
+    force_moment[2] = sum.xy;
   }
   if (ACCOUNT) {
-    history->loss.viscous += once.loss.viscous + 0.5 * twice.loss.viscous;
-    history->loss.sliding += once.loss.sliding + 0.5 * twice.loss.sliding;
-    history->loss.rolling += once.loss.rolling + 0.5 * twice.loss.rolling;
+    history->loss.viscous += sum.loss.viscous;
+    history->loss.sliding += sum.loss.sliding;
+    history->loss.rolling += sum.loss.rolling;
   }
 }
 

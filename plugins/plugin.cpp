@@ -39,8 +39,9 @@ __attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *h
 
 /* Read from the file's bytes by the Python side, which compares it with the installed engine before anything loads. */
 extern "C" {
-__attribute__((visibility("default"), used)) extern const char disc_plugin_built_for[];
-const char disc_plugin_built_for[] = "disc plugin built for LAMMPS " DISC_LAMMPS_PACKAGE_VERSION " " DISC_SIZES " MPICH " MPICH_VERSION;
+__attribute__((visibility("default"))) extern const char disc_plugin_built_for[];
+const char disc_plugin_built_for[] =
+    "disc plugin built for LAMMPS " DISC_LAMMPS_PACKAGE_VERSION " " DISC_SIZES " MPICH " MPICH_VERSION;
 }
 
 namespace

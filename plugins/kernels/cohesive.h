@@ -10,6 +10,14 @@
 
 #include <cmath>
 
+/* Compiled for several instruction sets, the widest that the machine has is taken when the library is loaded.  No set
+   may contract a*b + c (-ffp-contract=off), so that all give the same bits. */
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
+#define DISC_WIDEST __attribute__((target_clones("default", "avx2", "avx512f")))
+#else
+#define DISC_WIDEST
+#endif
+
 namespace disc
 {
 
@@ -43,26 +51,30 @@ struct CohesiveLaw {
   }
 };
 
-struct Motion {      // relative motion at the contact, affine motion of the cell included
-  double normal;     // v_n = n.(v_j - v_i), receding positive
-  double tangent;    // v_t = t.(v_j - v_i) - R_i w_i - R_j w_j
-  double spin;       // w_j - w_i
-};
-
 struct Springs {      // what a contact remembers; forgotten when it opens
   double stretch;     // elastic part du of the tangential displacement
   double rotation;    // elastic part dtheta of the relative rotation
 };
 
-struct Reaction {       // what acts on j because of i
-  double elastic;       // N_e = -K_N h >= 0
-  double viscous;       // N_v = -eta v_n
-  double tangential;    // T
-  double moment;        // M
-};
-
 struct Loss {    // energy dissipated since the beginning
   double viscous = 0.0, sliding = 0.0, rolling = 0.0;
+};
+
+/* Some pairs within reach, as arrays, so that one instruction works on several pairs. */
+struct Block {
+  static constexpr int SIZE = 32;
+  // in
+  double bx[SIZE], by[SIZE];        // branch vector from i to j
+  double ux[SIZE], uy[SIZE];        // v_j - v_i, the affine motion of the cell included
+  double surface[SIZE];             // R_i w_i + R_j w_j
+  double spin[SIZE];                // w_j - w_i
+  double touch[SIZE], eta[SIZE];    // R_i + R_j; viscosity
+  // in and out
+  double stretch[SIZE], rotation[SIZE];
+  // out
+  double fx[SIZE], fy[SIZE];    // force of i on j
+  double tangential[SIZE], moment[SIZE], viscous[SIZE];
+  double lost_viscous[SIZE], lost_sliding[SIZE], lost_rolling[SIZE];
 };
 
 /* One slider: advance the elastic displacement, then return to the cone |displacement| <= limit.  The energy lost is
@@ -70,33 +82,51 @@ struct Loss {    // energy dissipated since the beginning
 template <bool ACCOUNT> inline double slide(double old, double increment, double limit, double stiffness, double &lost)
 {
   const double trial = old + increment;
-  const double kept = std::fmin(std::fmax(trial, -limit), limit);
-  if (ACCOUNT) lost += 0.5 * stiffness * (old + kept) * (trial - kept);
+  const double above = trial < -limit ? -limit : trial;
+  const double kept = above > limit ? limit : above;
+  if (ACCOUNT) lost = 0.5 * stiffness * (old + kept) * (trial - kept);
   return kept;
 }
 
-/* Contact (h < 0): advance the memory by dt and return the reaction.  The Coulomb and rolling limits hold for the
-   elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0 enters. */
-template <bool DAMPING, bool FRICTION, bool ROLLING, bool ACCOUNT>
-inline Reaction contact(const CohesiveLaw &law, double eta, double h, const Motion &motion, double dt, Springs &springs,
-                        Loss &loss)
+/* Forces of the first `count` pairs of a block; contacts advance their springs by dt, distant pairs have none.  The
+   Coulomb and rolling limits hold for the elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0 enters.
+ */
+template <bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
+DISC_WIDEST void respond(const CohesiveLaw &law, double dt, Block &__restrict b, int count)
 {
-  Reaction reaction{-law.kn * h, 0.0, 0.0, 0.0};
-  if (DAMPING) {
-    reaction.viscous = -eta * motion.normal;
-    if (ACCOUNT) loss.viscous -= reaction.viscous * motion.normal * dt;
+  const double kn = law.kn, kt = law.kt, kr = law.kr, f0 = law.f0;
+  const double sliding_limit = FRICTION ? law.mu / law.kt : 0.0, rolling_limit = ROLLING ? law.mur / law.kr : 0.0;
+  const double tail = COHESION ? law.f0 / law.d0 : 0.0;
+  for (int k = 0; k < count; k++) {
+    const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
+    const double nx = b.bx[k] / distance, ny = b.by[k] / distance;
+    const double h = distance - b.touch[k];
+    const double touching = !COHESION || h < 0.0 ? 1.0 : 0.0;
+    const double elastic = -kn * h * touching;
+    double normal = elastic, tangential = 0.0;
+    if (DAMPING) {
+      const double vn = nx * b.ux[k] + ny * b.uy[k];
+      const double viscous = -b.eta[k] * vn * touching;
+      b.viscous[k] = viscous;
+      normal += viscous;
+      if (ACCOUNT) b.lost_viscous[k] = -viscous * vn * dt;
+    }
+    if (COHESION) normal -= h < 0.0 ? f0 : f0 - tail * h;
+    if (FRICTION) {
+      const double vt = nx * b.uy[k] - ny * b.ux[k] - b.surface[k];
+      const double kept = slide<ACCOUNT>(b.stretch[k], vt * dt, sliding_limit * elastic, kt, b.lost_sliding[k]);
+      b.stretch[k] = kept;
+      tangential = -kt * kept;
+      b.tangential[k] = tangential;
+    }
+    if (ROLLING) {
+      const double kept = slide<ACCOUNT>(b.rotation[k], b.spin[k] * dt, rolling_limit * elastic, kr, b.lost_rolling[k]);
+      b.rotation[k] = kept;
+      b.moment[k] = -kr * kept;
+    }
+    b.fx[k] = normal * nx - tangential * ny;
+    b.fy[k] = normal * ny + tangential * nx;
   }
-  if (FRICTION) {
-    springs.stretch =
-        slide<ACCOUNT>(springs.stretch, motion.tangent * dt, law.mu * reaction.elastic / law.kt, law.kt, loss.sliding);
-    reaction.tangential = -law.kt * springs.stretch;
-  }
-  if (ROLLING) {
-    springs.rotation =
-        slide<ACCOUNT>(springs.rotation, motion.spin * dt, law.mur * reaction.elastic / law.kr, law.kr, loss.rolling);
-    reaction.moment = -law.kr * springs.rotation;
-  }
-  return reaction;
 }
 
 }    // namespace disc

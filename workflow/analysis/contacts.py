@@ -143,6 +143,26 @@ def rumpf_ratio(frame: Frame, *, threshold: float) -> float | None:
     return float(np.trace(stress(frame)[1]) / 2 / (sizes * z * solid_fraction(frame) * mean_force / np.pi))
 
 
+def weighted_rumpf_ratio(frame: Frame, targets: Sequence[float | None], *, threshold: float) -> float | None:
+    """P_imposed / [z Phi <N (R_i + R_j)>/(pi <d^2>)]: G07 eq. 17 without the approximation of eq. 16.
+
+    Contacts sit preferentially on large grains (z_i grows with d_i), so that <N (R_i + R_j)> exceeds F_N <d> by some
+    percent and `rumpf_ratio` differs from 1 although the forces balance the imposed pressure.  This ratio leaves the force
+    per contact weighted with its branch and compares it with the pressure *imposed*: 1 to the equilibrium criterion.
+    None if no stress is imposed on both axes, or if the mean force is within ``threshold``.
+    """
+    table = frame.contacts
+    if any(target is None for target in targets) or not len(table):
+        return None
+    radius = frame.diameter / 2
+    moment = float((table.normal_force * (radius[table.i] + radius[table.j])).mean())
+    if abs(moment) <= threshold:
+        return None
+    imposed = sum(target for target in targets if target is not None) / 2
+    z = 2 * len(table) / frame.grains
+    return float(imposed * np.pi * (frame.diameter**2).mean() / (z * solid_fraction(frame) * moment))
+
+
 def balance(frame: Frame) -> Balance:
     """Net force and moment of each grain from the contact table.
 
@@ -156,9 +176,7 @@ def balance(frame: Frame) -> Balance:
         return sums + np.bincount(table.j, weights=on_j, minlength=n)
 
     force = np.column_stack([net(-component, component) for component in table.force.T])
-    moment = net(
-        -radius[table.i] * table.tangential - table.moment, -radius[table.j] * table.tangential + table.moment
-    )
+    moment = net(-radius[table.i] * table.tangential - table.moment, -radius[table.j] * table.tangential + table.moment)
     return Balance(
         force=force,
         moment=moment,
@@ -220,6 +238,7 @@ def measure(
         "distant_share": network.distant_share,
         "stress": _stress_entry(frame, targets),
         "rumpf_ratio": rumpf_ratio(frame, threshold=threshold),
+        "rumpf_ratio_weighted": weighted_rumpf_ratio(frame, targets, threshold=threshold),
         "unbalanced_force": _balance_entry(frame, force_unit),
         "kinetic_energy": {"per_grain": energy.relative, "raw": energy.raw},
         "energy_residual": energy_residual,

@@ -122,9 +122,7 @@ def _lowest(matrix: csc_array, count: int, frame: Frame, book: Degrees, mass: Fl
     Lanczos would spend its time on the mechanisms, thousands of equal eigenvalues, so they are projected out.
     """
     blocks, parents = grain_order(frame, book)
-    mechanisms = csc_array(
-        diags_array(np.sqrt(mass)) @ factorise(dimensionless(frame, book), blocks, parents).null_space()
-    )
+    mechanisms = csc_array(diags_array(np.sqrt(mass)) @ factorise(dimensionless(frame, book), blocks, parents).null_space())
     found = mechanisms.shape[1]
     if not 1 <= count < book.columns - found:
         raise InputError(

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, csr_array, diags_array
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array, vstack
 
 from workflow.analysis.frame import Floats, Frame, Ints
 from workflow.errors import InputError
@@ -98,6 +98,22 @@ def row_owners(frame: Frame, book: Degrees) -> Ints:
     return np.concatenate([np.arange(len(frame.contacts)), *[touching] * (book.per_contact - 1)])
 
 
+def closed_branches(frame: Frame) -> Floats:
+    """Branch vectors rebuilt from the positions, (M, 2): around every loop they add up to zero to the last digit.
+
+    Branches stored with fewer digits would not, and a rounding of 1e-8 is enough to keep a free cluster from rotating.
+    Raises InputError if two interacting grains have the same centre.
+    """
+    pairs = frame.contacts
+    straight = frame.position[pairs.j] - frame.position[pairs.i]
+    branches = straight + frame.cell * np.round((pairs.branch - straight) / frame.cell)
+    lost = np.flatnonzero(~(np.abs(branches).max(axis=1, initial=0.0) > 0.0))
+    if len(lost):
+        i, j = frame.ids[pairs.i[lost[0]]], frame.ids[pairs.j[lost[0]]]
+        raise InputError(f"contacts: grains {i} and {j} are at the same place, their normal is undefined; separate them")
+    return branches
+
+
 def rigidity_matrix(frame: Frame, book: Degrees, length: float = 1.0) -> csr_array:
     """Rigidity matrix G, (M, N_f) (G07 A1-A3), for lengths measured in units of ``length``.
 
@@ -105,46 +121,36 @@ def rigidity_matrix(frame: Frame, book: Degrees, length: float = 1.0) -> csr_arr
     (contacts, with friction); rolling row theta_i - theta_j (contacts, with rolling resistance).  Order of rows:
     ``row_owners``.
     """
-    pairs = frame.contacts
-    n, branch = pairs.normal, pairs.branch / length
+    pairs, branch = frame.contacts, closed_branches(frame) / length
+    distance = np.hypot(branch[:, 0], branch[:, 1])
+    n = branch / distance[:, None]
     t = np.column_stack((-n[:, 1], n[:, 0]))
-    blocks = [_rows(frame, book, n, branch, None)]
+    blocks = [_rows(frame, book, np.arange(len(n)), n, branch)]
     touching = np.flatnonzero(pairs.touching)
     if book.friction:
-        arm = pairs.distance / length / (frame.diameter[pairs.i] + frame.diameter[pairs.j])
-        arms = np.column_stack((arm * frame.diameter[pairs.i], arm * frame.diameter[pairs.j]))
-        blocks.append(_rows(frame, book, t, branch, arms, touching))
+        arms = frame.diameter[np.column_stack((pairs.i, pairs.j))]
+        arms *= (distance / arms.sum(axis=1))[:, None]
+        blocks.append(_rows(frame, book, touching, t, branch, arms))
     if book.rolling:
-        signs = np.tile([1.0, -1.0], (len(pairs), 1))
-        blocks.append(_rows(frame, book, np.zeros_like(t), branch, signs, touching))
-    row, column, value = (np.concatenate(parts) for parts in zip(*_stacked(blocks), strict=True))
-    matrix = coo_array((value, (row, column)), shape=(book.rows, book.columns)).tocsr()
-    matrix.eliminate_zeros()
-    return matrix
+        blocks.append(_rows(frame, book, touching, np.zeros_like(t), branch, np.tile([1.0, -1.0], (len(t), 1))))
+    return csr_array(vstack(blocks))
 
 
-def _rows(
-    frame: Frame, book: Degrees, axis: Floats, branch: Floats, spins: Floats | None, chosen: Ints | None = None
-) -> tuple[Ints, Ints, Floats]:
-    """One row per chosen interaction, axis.(u_i - u_j + eps.branch) + spins.(theta_i, theta_j), as COO triplets."""
-    chosen = np.arange(len(axis)) if chosen is None else chosen
+def _rows(frame: Frame, book: Degrees, chosen: Ints, axis: Floats, branch: Floats, spins: Floats | None = None) -> csr_array:
+    """One row per chosen interaction: axis.(u_i - u_j + eps.branch) + spins.(theta_i, theta_j)."""
     first, second = book.per_grain * frame.contacts.i[chosen], book.per_grain * frame.contacts.j[chosen]
-    axis, columns = axis[chosen], [first, first + 1, second, second + 1]
-    values = [axis[:, 0], axis[:, 1], -axis[:, 0], -axis[:, 1]]
+    columns, values = [first, first + 1, second, second + 1], [*axis[chosen].T, *-axis[chosen].T]
     if spins is not None:
         columns += [first + 2, second + 2]
-        values += [spins[chosen, 0], spins[chosen, 1]]
+        values += [*spins[chosen].T]
     if book.free_cell:
         last = np.full(len(chosen), book.columns - 1)
         columns += [last - 1, last]
-        values += list((axis * branch[chosen]).T)
-    return np.tile(np.arange(len(chosen)), len(columns)), np.concatenate(columns), np.concatenate(values)
-
-
-def _stacked(blocks: list[tuple[Ints, Ints, Floats]]) -> list[tuple[Ints, Ints, Floats]]:
-    """The same triplets with the rows of each block below those of the blocks before it."""
-    tops = np.cumsum([0, *(int(row.max()) + 1 if len(row) else 0 for row, _, _ in blocks)])
-    return [(row + top, column, value) for top, (row, column, value) in zip(tops, blocks, strict=False)]
+        values += [*(axis * branch)[chosen].T]
+    entries = np.concatenate(values), (np.tile(np.arange(len(chosen)), len(columns)), np.concatenate(columns))
+    rows = coo_array(entries, shape=(len(chosen), book.columns)).tocsr()  # adds up entries of a grain and its image
+    rows.eliminate_zeros()
+    return rows
 
 
 def stiffness_matrix(frame: Frame, book: Degrees, springs: Springs, length: float = 1.0) -> csc_array:

@@ -167,6 +167,6 @@ def _check_identities(book: Degrees, hyperstaticity: int, motions: Factorisation
         raise WorkflowError(
             f"rigidity: N_f + H = {left} but M + k = {right} (G07 eq. {number}), and {soft} eigenvalues of G^T G "
             f"vanish where k = {motions.nullity}; smallest pivot {motions.smallest_live:.1e}, largest residue "
-            f"{motions.largest_dead:.1e}: the geometry is too close to singular for the precision of the positions, "
-            "check that branch vectors are stored in float64"
+            f"{motions.largest_dead:.1e}: the geometry is too close to singular to be counted in double precision, "
+            "take another frame"
         )

@@ -200,8 +200,10 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
     ids = pick("id").astype(np.int64)
     if len(ids) > 1 and (np.diff(ids) <= 0).any():
         twice = int(ids[1:][np.diff(ids) <= 0][0])
-        raise ArchiveError(f"{grains}, line {block.line}: grain id {twice} occurs twice at step {block.step}; "
-                           "each grain has one row; the file is damaged, run again")
+        raise ArchiveError(
+            f"{grains}, line {block.line}: grain id {twice} occurs twice at step {block.step}; "
+            "each grain has one row; the file is damaged, run again"
+        )
     return Frame(
         step=block.step, time=block.time, stage=stage,
         origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],

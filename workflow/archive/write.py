@@ -43,9 +43,7 @@ def replacing(path: PathLike) -> Iterator[Path]:
         draft.unlink(missing_ok=True)
 
 
-def write_archive(
-    path: PathLike, frames: Iterable[Frame], series: Mapping[str, Floats], provenance: Mapping[str, Any]
-) -> None:
+def write_archive(path: PathLike, frames: Iterable[Frame], series: Mapping[str, Floats], provenance: Mapping[str, Any]) -> None:
     """Write ``frames`` (streamed: one in memory at a time), ``series`` and ``provenance`` to one H5MD 1.1 file.
 
     ``series``: name -> (rows,) float64 with ``step`` and ``time`` (see `read_series`), or empty.  ``provenance``: JSON

@@ -8,16 +8,17 @@ import os
 import sys
 
 from workflow import __version__
-from workflow.cli import deck, doctor, measure, plot, resume, run, status
+from workflow.cli import bench, deck, doctor, measure, plot, resume, run, status
 from workflow.errors import WorkflowError
 
-COMMANDS = (run, resume, deck, measure, plot, status, doctor)
+COMMANDS = (run, resume, deck, measure, plot, status, bench, doctor)
 
 
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
     top = argparse.ArgumentParser(
-        prog="wf", description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures."
+        prog="wf",
+        description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
     )
     top.add_argument("--version", action="version", version=f"wf {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -40,7 +41,10 @@ def main(words: list[str] | None = None) -> int:
     except OSError as fault:
         if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO):
             raise
-        print(f"wf: {fault.filename or 'a file'} cannot be written: {fault.strerror}; make room or choose another place", file=sys.stderr)
+        print(
+            f"wf: {fault.filename or 'a file'} cannot be written: {fault.strerror}; make room or choose another place",
+            file=sys.stderr,
+        )
         return 1
     except KeyboardInterrupt:
         print("wf: interrupted", file=sys.stderr)

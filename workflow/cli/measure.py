@@ -22,7 +22,13 @@ wf measure runs/method1-130aae48 --frame 0        the first frame instead of the
 
 def declare(commands: Any) -> None:
     """Options of `wf measure`."""
-    parser = command(commands, "measure", "measure a run: density, coordination, forces, equilibrium, energy", EXAMPLES, action=action)
+    parser = command(
+        commands,
+        "measure",
+        "measure a run: density, coordination, forces, equilibrium, energy",
+        EXAMPLES,
+        action=action,
+    )
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
     parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame, negative from the end (default -1)")
     parser.add_argument("--json", action="store_true", help="print JSON")

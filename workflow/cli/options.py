@@ -13,9 +13,7 @@ from workflow.scene.presets import SCENES, Scene, read_toml, scene_from
 from workflow.scene.quantity import Quantity, quantity_of
 
 
-def command(
-    commands: Any, name: str, summary: str, examples: str, *, action: Any
-) -> argparse.ArgumentParser:
+def command(commands: Any, name: str, summary: str, examples: str, *, action: Any) -> argparse.ArgumentParser:
     """A subcommand with its summary, worked examples and the function that does it."""
     parser: argparse.ArgumentParser = commands.add_parser(
         name, help=summary, description=summary[0].upper() + summary[1:] + ".",

@@ -75,29 +75,42 @@ def show(directory: RunDirectory, *, as_json: bool) -> None:
 
 def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     """The measures for people."""
-    stress, residual = measures["stress"], measures["energy_residual"]
+    stress, residual, energy = measures["stress"], measures["energy_residual"], measures["kinetic_energy"]
     unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
+    rumpf, state = measures["rumpf_ratio"], "in" if measures["equilibrated"] else "NOT in"
     shares = "  ".join(f"x{k} {100 * share:.1f}" for k, share in enumerate(measures["neighbour_shares"]))
-    rumpf = measures["rumpf_ratio"]
-    lines = [
-        f"{'in equilibrium' if measures['equilibrated'] else 'NOT in equilibrium'} at t = {measures['time']:.2f} T0 (step {measures['step']})",
-        f"solid fraction        {measures['solid_fraction']:.4f}",
-        f"coordination z        {measures['coordination']:.3f}   z* {measures['coordination_backbone']:.3f}   "
-        f"rattlers {100 * measures['rattler_fraction']:.1f} %   distant pairs {measures['interactions']['distant']}",
-        f"neighbours [%]        {shares}",
-        f"stress                xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {stress['targets'][0]:g})",
-        f"Rumpf ratio           {'undefined (no mean force)' if rumpf is None else format(rumpf, '.4f')}",
-        f"unbalanced [F1]       force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}",
-        f"kinetic energy/grain  {measures['kinetic_energy']['per_grain']:.2g}  (with drift and rattlers {measures['kinetic_energy']['raw']:.2g})",
+    rows = [
+        ("solid fraction", f"{measures['solid_fraction']:.4f}"),
+        (
+            "coordination z",
+            f"{measures['coordination']:.3f}   z* {measures['coordination_backbone']:.3f}   "
+            f"rattlers {100 * measures['rattler_fraction']:.1f} %   distant pairs {measures['interactions']['distant']}",
+        ),
+        ("neighbours [%]", shares),
+        (
+            "stress",
+            f"xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {stress['targets'][0]:g})",
+        ),
+        (
+            "Rumpf ratio",
+            "undefined (no mean force)" if rumpf is None else f"{rumpf:.4f}  (eq. 18; weighted with size {_ratio(measures)})",
+        ),
+        ("unbalanced [F1]", f"force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}"),
+        ("kinetic energy/grain", f"{energy['per_grain']:.2g}  (with drift and rattlers {energy['raw']:.2g})"),
     ]
     if residual:
-        lines.append(f"energy residual       {100 * residual['relative']:.2f} % of the energy that went through")
+        rows.append(("energy residual", f"{100 * residual['relative']:.2f} % of the energy that went through"))
     if relaxation:
-        lines.append(
-            f"settling              contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}, "
-            f"solid fraction {relaxation['solid_fraction_change']:+.1e}"
-        )
+        changes = f"contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}"
+        rows.append(("settling", f"{changes}, solid fraction {relaxation['solid_fraction_change']:+.1e}"))
     tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
-    lines.append(f"steps                 {numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}; largest overlap {numerics['largest_overlap']:.1e} a")
-    lines.append(f"files                 {directory.path}  ('wf plot {directory.path}' draws it)")
-    return "\n".join(lines)
+    resolution = f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
+    rows.append(("steps", f"{resolution}; largest overlap {numerics['largest_overlap']:.1e} a"))
+    rows.append(("files", f"{directory.path}  ('wf plot {directory.path}' draws it)"))
+    head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
+    return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
+
+
+def _ratio(measures: dict[str, Any]) -> str:
+    value = measures["rumpf_ratio_weighted"]
+    return "undefined" if value is None else f"{value:.6f}"

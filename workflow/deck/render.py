@@ -58,10 +58,10 @@ def fill(template: str, values: dict[str, str | int | float]) -> str:
 
 def data_file(discs: Discs) -> str:
     """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2)."""
-    length = repr(discs.length)
+    width, height = discs.cell.tolist()
     head = (
-        f"discs in a periodic square\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"
-        f"0 {length} xlo xhi\n0 {length} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
+        f"discs in a periodic cell\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"
+        f"0 {width!r} xlo xhi\n0 {height!r} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
     )
     rows = zip(discs.diameter.tolist(), discs.position.tolist(), strict=True)
     return head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))

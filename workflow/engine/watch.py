@@ -57,7 +57,8 @@ def describe(series: dict[str, np.ndarray], scene: object, seconds: float | None
     left = time_left(series, scene, seconds) if seconds is not None else None
     return (
         f"{STAGES.get(int(last['stage']), '?'):8s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
-        f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}" + (f"  left {left}" if left else "")
+        f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}"
+        + (f"  left {left}" if left else "")
     )
 
 

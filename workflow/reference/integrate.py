@@ -133,9 +133,7 @@ class Recorder:
         columns = [np.array(column) for column in zip(*self.rows, strict=True)]
         state: dict[str, Any] = dict(zip(COLUMNS, columns[:-1], strict=True))
         energy, system = Energy(*columns[-1].T), self.system
-        return Trajectory(
-            time=self.times, pairs=system.pairs, energy=energy, events=tuple(events), start=system.discs, **state
-        )
+        return Trajectory(time=self.times, pairs=system.pairs, energy=energy, events=tuple(events), start=system.discs, **state)
 
 
 def _kinetic(discs: Discs, seen: View) -> float:

@@ -19,15 +19,15 @@ _ROUNDS_WITHOUT_SUCCESS = 100
 
 @dataclass(frozen=True)
 class Discs:
-    """Discs at rest in a square periodic cell with its lower corner at the origin.
+    """Discs at rest in a rectangular periodic cell with its lower corner at the origin.
 
-    ``diameter`` (N,) and ``position`` (N, 2) float64 in units of a; ``length``: side L of the cell.  Rows are in a
-    spatial order (strips of cells), so that neighbours in space are neighbours in memory.
+    ``diameter`` (N,), ``position`` (N, 2) and ``cell`` (2,), the side lengths, float64 in units of a.  Rows from `place`
+    are in a spatial order (strips of cells), so that neighbours in space are neighbours in memory.
     """
 
     diameter: Floats
     position: Floats
-    length: float
+    cell: Floats
 
 
 def diameters(count: int, smallest: float, rng: np.random.Generator) -> Floats:
@@ -70,7 +70,7 @@ def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
                 f"place in {failures * _PROPOSALS} tries; random placement reaches about 0.55, use --phi0 0.53 or less"
             )
     order = _strips(position, length)
-    return Discs(size[order], position[order], length)
+    return Discs(size[order], position[order], np.array([length, length]))
 
 
 def _propose(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -28,22 +28,23 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
         super().__post_init__()
         if self.step_choice.step > 0.25 * self.step_choice.period:
             raise InputError(
-                f"step = {self.step_choice.step:g} is not allowed: with {self.step_choice.period / self.step_choice.step:.2g} "
+                f"step = {self.step_choice.step:g} is not allowed: with "
+                f"{self.step_choice.period / self.step_choice.step:.2g} "
                 f"steps per stiffest period {self.step_choice.period:.3g} the integration is unstable; use at most "
                 f"{0.25 * self.step_choice.period:.2g}, or leave it out"
             )
         if self.neighbour_skin <= self.law_in_units.d0:
             raise InputError(
-                f"skin = {self.neighbour_skin:g} is not allowed: it must exceed the range of attraction d0 = {self.d0:g} [a], or "
-                "pairs would be missed; leave it out"
+                f"skin = {self.neighbour_skin:g} is not allowed: it must exceed the range of attraction d0 = {self.d0:g} "
+                "[a], or pairs would be missed; leave it out"
             )
         shortest = math.sqrt(self.n * self.mean_area / DENSEST)
         needed = 2.0 * (1.0 + self.neighbour_skin)
         if shortest < needed:
             least = math.ceil(needed**2 * DENSEST / self.mean_area)
             raise InputError(
-                f"n = {self.n} is not allowed: compressed, {self.n} grain(s) fill a cell of {shortest:.2f} a, in which a grain would touch "
-                f"two images of its neighbour (the cell must stay above {needed:.2f} a); use n = {least} or more"
+                f"n = {self.n} is not allowed: compressed, {self.n} grain(s) fill a cell of {shortest:.2f} a, in which a "
+                f"grain would touch two images of its neighbour (the cell must stay above {needed:.2f} a); use n = {least} or more"
             )
 
     @property
@@ -143,7 +144,3 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
             "energy account": not self.account,
         }
         return [what for what, out in unused.items() if out]
-
-    def with_values(self, **values: object) -> Method1:
-        """A copy with some parameters changed."""
-        return replace(self, **values)

@@ -19,9 +19,7 @@ class Grains(Parameters):
     """How many discs, of what sizes, and where they start."""
 
     n: int = quantity(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
-    phi0: float = quantity(
-        0.36, float, "initial solid fraction", symbol="Phi_I", above=0.0, high=0.6, source="G07 table II"
-    )
+    phi0: float = quantity(0.36, float, "initial solid fraction", symbol="Phi_I", above=0.0, high=0.6, source="G07 table II")
     smallest: float = quantity(
         0.5, float, "smallest diameter; sizes are uniform in [smallest, 1]", unit="a", low=0.01, high=1.0,
         source="G07 sec. II A",
@@ -66,9 +64,7 @@ class Material(Parameters):
         1e5, float, "stiffness K_N a/F0 (K_N/P without cohesion or for P* > 1)", symbol="kappa", low=1e2, high=1e8,
         source="G07 table I",
     )  # fmt: skip
-    zeta: float = quantity(
-        0.8, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0, source="G07 eq. 6"
-    )
+    zeta: float = quantity(0.8, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0, source="G07 eq. 6")
     d0: float = quantity(1e-3, float, "range of attraction", symbol="D0", unit="a", low=1e-6, high=0.1, source="G07 eq. 4")
     kt_ratio: float = quantity(1.0, float, "tangential stiffness K_T/K_N", above=0.0, high=10.0, source="G07 table I")
     kr_ratio: float = quantity(1e-4, float, "rolling stiffness K_r/(K_N a^2)", above=0.0, high=1.0, source="G07 table I")
@@ -108,7 +104,12 @@ class Cell(Parameters):
         0.3, float, "cell inertia M in units of sum(m_i)/L", above=0.0, high=1e4, source="G07 sec. II A"
     )
     rate_cap: float = quantity(
-        0.0, float, "cap on the strain rate, 0 for none", unit="1/T0", low=0.0, source="G07 sec. III B: 0.05 in method 2"
+        0.0,
+        float,
+        "cap on the strain rate, 0 for none",
+        unit="1/T0",
+        low=0.0,
+        source="G07 sec. III B: 0.05 in method 2",
     )
     convention: int = quantity(
         0, int, "c in m dv/dt = F + c m (dL/dt/L) v: 0 decided here, 1: L s'' = F/m, -1: Hamiltonian", low=-1, high=1

@@ -22,7 +22,7 @@ def scene_from(values: Mapping[str, Any]) -> Scene:
     rest = dict(values)
     name = rest.pop("scene", None)
     if not isinstance(name, str):
-        raise InputError(f"a scene needs the key scene = \"NAME\" with one of: {', '.join(sorted(SCENES))}")
+        raise InputError(f'a scene needs the key scene = "NAME" with one of: {", ".join(sorted(SCENES))}')
     if name not in SCENES:
         raise unknown_name(name, SCENES, "scene")
     return SCENES[name].from_mapping(rest)  # type: ignore[return-value]

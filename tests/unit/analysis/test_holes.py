@@ -23,9 +23,7 @@ def packing(position, cell, diameter=1.0, reach=1e-3) -> Frame:
     gap = np.hypot(*branch.T) - 0.5 * (d[i] + d[j])
     near = gap < reach
     zero, grain = np.zeros(near.sum()), np.zeros(n)
-    contacts = Contacts(
-        i[near], j[near], branch[near], gap[near], zero, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0
-    )
+    contacts = Contacts(i[near], j[near], branch[near], gap[near], zero, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0)
     return Frame(
         0, 0.0, "", np.zeros(2), cell, np.arange(n), d, d**2, position, np.zeros((n, 2)), grain, np.zeros((n,
         2)), grain, contacts,
@@ -61,9 +59,7 @@ def same(one: Holes, other: Holes) -> None:
     assert len(one.area) == len(other.area)
     # 1e-9 absolute: cancellation of second moments taken about a corner of a cell some 20 wide
     assert one.area == pytest.approx(other.area, rel=1e-9, abs=1e-9)
-    assert np.sort(one.radius[~np.isnan(one.radius)]) == pytest.approx(
-        np.sort(other.radius[~np.isnan(other.radius)]), rel=1e-6
-    )
+    assert np.sort(one.radius[~np.isnan(one.radius)]) == pytest.approx(np.sort(other.radius[~np.isnan(other.radius)]), rel=1e-6)
     assert one.winds.any(axis=0).tolist() == other.winds.any(axis=0).tolist()
 
 

@@ -32,9 +32,7 @@ def square(side: int, force=None) -> Frame:
     """Square lattice side x side, grain row = side * x + y; bonds along axis 1 first, then along axis 2."""
     x, y = (a.ravel() for a in np.mgrid[:side, :side])
     row = side * x + y
-    pairs = np.vstack(
-        (np.column_stack((row, side * ((x + 1) % side) + y)), np.column_stack((row, side * x + (y + 1) % side)))
-    )
+    pairs = np.vstack((np.column_stack((row, side * ((x + 1) % side) + y)), np.column_stack((row, side * x + (y + 1) % side))))
     return network(np.column_stack((x, y)), (side, side), pairs, np.ones(len(pairs)) if force is None else force)
 
 

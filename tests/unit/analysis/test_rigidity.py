@@ -143,6 +143,13 @@ def test_counts_do_not_depend_on_labels_orientation_of_pairs_place_or_unit_of_le
             assert counts(other, friction, rolling, True) == expected
 
 
+def test_branches_stored_with_few_digits_are_counted_alike():
+    """Text dumps keep six digits or so; independent rounding of each branch must not stop clusters from rotating."""
+    frame = packing(200, 0.6, 8, open_cell=True)
+    rounded = replace(frame.contacts, branch=np.round(frame.contacts.branch, 6))
+    assert counts(replace(frame, contacts=rounded)) == counts(frame)
+
+
 def test_a_larger_packing_is_counted_consistently_with_a_clear_gap():
     """1400 grains, as in G07: the identities hold (or it would raise) and no pivot is near the threshold 1e-9."""
     result = rigidity(packing(1400, 0.8, 5), springs=SPRINGS, free_cell=True)
@@ -173,6 +180,8 @@ def test_messages():
         rigidity(frame, springs=SPRINGS, friction=False, rolling=True)
     with pytest.raises(InputError, match="0 grains"):
         rigidity(frame_of(np.zeros((0, 2)), 1.0, 1.0, [], [], []), springs=SPRINGS)
+    with pytest.raises(InputError, match="grains 1 and 2 are at the same place"):
+        rigidity(frame_of(np.zeros((2, 2)), 1.0, 5.0, [0], [1], [(0.0, 0.0)]), springs=SPRINGS)
     with pytest.raises(InputError, match="'tangential' is 0"):
         stiffness_matrix(frame, degrees(frame, friction=True), Springs(1.0))
     for bad in ({"normal": 0.0}, {"tangential": -1.0}, {"rolling": np.nan}, {"distant": 1.0}):

@@ -10,9 +10,7 @@ from workflow.reference.integrate import integrate
 from workflow.reference.law import CohesiveLaw
 
 
-def stuck_pair(
-    law: CohesiveLaw, speed: float = 0.0, spins: tuple[float, float] = (0.0, 0.0), first: float = 1.0
-) -> Discs:
+def stuck_pair(law: CohesiveLaw, speed: float = 0.0, spins: tuple[float, float] = (0.0, 0.0), first: float = 1.0) -> Discs:
     """Unit discs at the equilibrium overlap, disc 1 moving along t with ``speed``; mass ``first`` of disc 0."""
     position = np.array([[0.0, 0.0], [1.0 - law.f0 / law.kn, 0.0]])
     velocity = np.array([[0.0, 0.0], [0.0, speed]])

@@ -60,9 +60,7 @@ def test_events_that_do_not_advance_are_reported() -> None:
     class Stubborn(CohesiveLaw):
         """Ignores that its contact has closed, so the same trigger fires for ever."""
 
-        def switch(
-            self, row: int, pair: int, motion: Motion, memory: Floats, modes: Ints
-        ) -> tuple[Floats, Ints, str]:
+        def switch(self, row: int, pair: int, motion: Motion, memory: Floats, modes: Ints) -> tuple[Floats, Ints, str]:
             return memory, modes, "close"
 
     with pytest.raises(WorkflowError, match="the last 'close' of discs 0 and 1; at most 100 at one instant"):

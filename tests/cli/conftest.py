@@ -1,0 +1,56 @@
+"""The command line in a fresh directory, and a few finished runs that several tests look at."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from wf_process import QUICK, SLOW, Running, Wf, call
+
+
+@pytest.fixture
+def wf(tmp_path: Path) -> Wf:
+    """Runs `wf` in the temporary directory of the test."""
+    return lambda *words, **variables: call(*words, cwd=tmp_path, **variables)
+
+
+def _finished(folder: Path, *words: str) -> Path:
+    done = call("run", *words, "--out", "run", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "run"
+
+
+@pytest.fixture(scope="session")
+def packing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run without cohesion; look, do not touch."""
+    return _finished(tmp_path_factory.mktemp("packing"), *QUICK)
+
+
+@pytest.fixture(scope="session")
+def cohesive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run with everything: cohesion with a wide tail (so that distant pairs occur), friction, rolling."""
+    words = ["method1", "--n", "60", "--kappa", "1e3", "--hold", "1", "--pstar", "1", "--d0", "0.05", "--rolling"]
+    return _finished(tmp_path_factory.mktemp("cohesive"), *words)
+
+
+@pytest.fixture
+def copy(packing: Path, tmp_path: Path) -> Path:
+    """A copy of the finished run to damage."""
+    return Path(shutil.copytree(packing, tmp_path / "copy"))
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[Callable[..., Running]]:
+    """Starts `wf run SLOW` in the background."""
+    started: list[Running] = []
+
+    def start(*words: str, **options: Any) -> Running:
+        started.append(Running(tmp_path, *SLOW, *words, **options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.end()

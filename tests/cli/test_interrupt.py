@@ -1,0 +1,131 @@
+"""Runs that are stopped: by the interrupt key, by kill, by a second `wf`; and that go on afterwards."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wf_process import Running, Wf, alive, kill, record, steps
+
+from workflow.archive.dumps import read_series
+from workflow.archive.read import Archive
+
+Start = Callable[..., Running]
+
+
+def is_whole(directory: Path) -> None:
+    """The run is finished and its archive has one history without gap or repetition."""
+    assert record(directory)["status"] == "finished"
+    with Archive(directory / "run.h5") as archive:
+        series, frames = archive.series, list(archive.frames)
+    assert np.all(np.diff(series["step"]) > 0)
+    assert len(set(np.diff(series["step"]))) <= 2  # equal spacing but for the row of a stop
+    assert np.all(np.diff(series["time"]) > 0)
+    assert frames[0].step == 0
+    assert np.all(np.diff([frame.step for frame in frames]) >= 0)
+    assert frames[-1].stage in ("compress", "settle")
+    assert json.loads((directory / "measures.json").read_text())["equilibrated"] is True
+
+
+def test_interrupt_then_resume(running: Start, wf: Wf) -> None:
+    run = running()
+    run.wait_for_rows(5)
+    status = wf("status", "slow", "--json")
+    assert json.loads(status.stdout)[0]["status"] == "running"
+    second = wf("resume", "slow")
+    assert second.returncode == 1
+    assert "in use" in second.stderr
+    begun = time.monotonic()
+    run.process.send_signal(signal.SIGINT)
+    _, text = run.process.communicate(timeout=30)
+    assert time.monotonic() - begun < 10.0  # the engine stops at the next check, the archive follows
+    assert run.process.returncode == 130
+    assert "wf resume slow" in text
+    assert "Traceback" not in text
+    assert record(run.directory)["status"] == "interrupted"
+    assert "interrupted" in wf("status", "slow").stdout
+    before = read_series(run.directory / "series.txt")
+    assert len(before["step"]) >= 5
+    assert not json.loads(wf("measure", "slow", "--json").stdout)["equilibrated"]
+
+    done = wf("resume", "slow")
+    assert done.returncode == 0, done.stderr
+    is_whole(run.directory)
+    after = read_series(run.directory / "series.txt")
+    rows = len(before["step"])
+    assert after["solid_fraction"][:rows].tolist() == before["solid_fraction"].tolist()
+
+
+def test_kill_of_everything_then_resume(running: Start, wf: Wf) -> None:
+    """Power cut: `wf` and engine vanish at once, in the middle of a write for all they know."""
+    run = running()
+    run.wait_for_rows(10)
+    engines = run.engine()
+    assert engines
+    kill(run.process.pid)
+    for pid in engines:
+        kill(pid)
+    run.process.wait(timeout=5)
+    with open(run.directory / "series.txt", "a") as series:
+        series.write("12")  # half a row
+    with open(run.directory / "grains.dump", "ab") as dump:
+        dump.write(b"ITEM: TIMESTEP\n")
+    row = json.loads(wf("status", "slow", "--json").stdout)[0]
+    assert row["status"] == "interrupted"
+    assert "killed" in row["reason"]
+    done = wf("resume", "slow")
+    assert done.returncode == 0, done.stderr
+    is_whole(run.directory)
+
+
+def test_kill_before_the_first_checkpoint_starts_over(running: Start, wf: Wf) -> None:
+    run = running("--checkpoint-interval", "1e4", "--max-time", "20")
+    run.wait_for_rows(2)
+    engines = run.engine()
+    kill(run.process.pid)
+    for pid in engines:
+        kill(pid)
+    run.process.wait(timeout=5)
+    done = wf("resume", "slow")
+    assert done.returncode == 0, done.stderr
+    assert steps(run.directory)[0] == 0
+    assert np.all(np.diff(steps(run.directory)) > 0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def test_engine_does_not_outlive_wf(number: signal.Signals, running: Start) -> None:
+    """Otherwise `wf resume` would start a second engine that writes to the same files."""
+    run = running()
+    run.wait_for_rows(2)
+    engines = run.engine()
+    assert engines
+    try:
+        os.killpg(run.process.pid, number)
+        run.process.wait(timeout=10)
+        deadline = time.monotonic() + 3.0
+        while any(map(alive, engines)) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert not any(map(alive, engines)), "the engine runs on without its wf"
+    finally:
+        for pid in engines:
+            kill(pid)
+
+
+def test_killed_engine_is_reported(running: Start, wf: Wf) -> None:
+    """Out of memory kills the engine, not `wf`."""
+    run = running()
+    run.wait_for_rows(3)
+    for pid in run.engine():
+        kill(pid)
+    _, text = run.process.communicate(timeout=10)
+    assert run.process.returncode == 1
+    assert "killed by signal 9" in text
+    assert "wf resume" in text
+    assert record(run.directory)["status"] == "failed"
+    assert json.loads(wf("status", "slow", "--json").stdout)[0]["status"] == "failed"

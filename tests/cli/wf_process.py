@@ -1,0 +1,100 @@
+"""`wf` as a child process, to its end or in the background."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from workflow.archive.dumps import read_series
+
+WF = [sys.executable, "-m", "workflow.cli.main"]
+# 25 000 steps, about a second: soft grains and a short proof of rest
+QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]
+# some seconds: long enough to be stopped in the middle; 5 rows a second of simulated time to see where it is
+SLOW = ["method1", "--no-cohesion", "--n", "200", "--kappa", "1e4", "--hold", "1", "--checkpoint-interval", "1"]
+
+Wf = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def call(*words: object, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    """`wf words` in ``cwd``; whatever happens, a user never sees a traceback."""
+    done = subprocess.run(
+        [*WF, *map(str, words)],
+        cwd=cwd,
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr, done.stderr
+    return done
+
+
+class Running:
+    """A `wf` at work in the background, in a process group of its own."""
+
+    def __init__(self, folder: Path, *words: str, stderr: Any = subprocess.PIPE) -> None:
+        self.directory = folder / "slow"
+        command = [*WF, "run", *words, "--out", "slow"]
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True
+        )
+
+    def rows(self) -> int:
+        """Rows of the time series so far."""
+        series = self.directory / "series.txt"
+        return sum(1 for line in series.read_text().splitlines() if line[:1].isdigit()) if series.is_file() else 0
+
+    def wait_for_rows(self, rows: int) -> None:
+        """Until the engine has written so many rows (and so has checkpoints behind it)."""
+        deadline = time.monotonic() + 30.0
+        while self.rows() < rows:
+            assert time.monotonic() < deadline, "the run does not get going"
+            assert self.process.poll() is None, "the run ended before it could be stopped"
+            time.sleep(0.02)
+
+    def engine(self) -> list[int]:
+        """Process ids of the children of `wf`."""
+        pid = self.process.pid
+        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+    def end(self) -> None:
+        """Kill what is left."""
+        children = self.engine() if self.process.poll() is None else []
+        for pid in (self.process.pid, *children):
+            kill(pid)
+        self.process.communicate()
+
+
+def kill(pid: int) -> None:
+    """kill -9 of a process group that this test started, if it still exists."""
+    try:
+        os.killpg(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return
+
+
+def alive(pid: int) -> bool:
+    """True while the process runs (a zombie does not)."""
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def record(directory: Path) -> dict[str, Any]:
+    """run.json."""
+    return dict(json.loads((directory / "run.json").read_text()))
+
+
+def steps(directory: Path) -> Any:
+    """Steps of the time series."""
+    return read_series(directory / "series.txt")["step"]

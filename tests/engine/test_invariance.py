@@ -1,0 +1,126 @@
+"""What must not matter: ranks, Newton's third law across ranks, skin, labels, orientation, place, output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from workflow.analysis.frame import Frame
+
+LAW = {"kn": 1e4, "kt": 8e3, "zeta": 0.4, "mu": 0.15, "f0": 0.5, "d0": 5e-3, "kr": 2.0, "mur": 1e-2}
+COMMON = {"law": LAW, "step": 2e-4, "move": "stress 20 20 rate 0.4"}
+STEPS = 1500
+# Rounding of positions at 1e-15 times K_N dt enters velocities; the collisions of 1500 steps amplify it, and forces are
+# K_N times positions.  Runs that differ by physics instead of rounding differ by more than 0.1 in velocity.
+TOLERANCE = 1e-7
+
+
+@pytest.fixture
+def compressed(gas: Callable[..., Any]) -> dict[str, Any]:
+    """A gas that is driven together and slides and rolls in contact."""
+    return {**gas(50, 0.55, seed=11, speed=1.0), **COMMON}
+
+
+def same(frame: Frame, other: Frame, tolerance: float = TOLERANCE) -> None:
+    """Assert equal states: grains, pairs, contact memory and flags."""
+    away = (frame.position - other.position + frame.cell / 2.0) % frame.cell - frame.cell / 2.0
+    assert max(np.abs(away).max(), np.abs(frame.cell - other.cell).max()) < tolerance
+    for name in ("velocity", "spin"):
+        np.testing.assert_allclose(getattr(frame, name), getattr(other, name), rtol=0.0, atol=10.0 * tolerance)
+    np.testing.assert_allclose(frame.force, other.force, rtol=0.0, atol=LAW["kn"] * tolerance)
+    one, two = frame.contacts, other.contacts
+    assert one.i.tolist() == two.i.tolist() and one.j.tolist() == two.j.tolist()
+    for name in ("gap", "stretch", "rotation"):
+        np.testing.assert_allclose(getattr(one, name), getattr(two, name), rtol=0.0, atol=tolerance)
+    assert one.sliding.any() and one.rolling.any() and not one.sliding.all()
+    assert np.array_equal(one.sliding, two.sliding) and np.array_equal(one.rolling, two.rolling)
+
+
+def transformed(
+    scene: dict[str, Any], order: Any = slice(None), turn: Any = ((1, 0), (0, 1)), shift: Any = (0, 0)
+) -> dict[str, Any]:
+    """The scene with rows in another order, rotated, shifted across the periodic boundary."""
+    position = (scene["position"][order] @ np.transpose(turn) + shift) % scene["cell"][0]
+    moved = {"position": position, "velocity": scene["velocity"][order] @ np.transpose(turn)}
+    return {**scene, **moved, "spin": scene["spin"][order], "diameter": scene["diameter"][order]}
+
+
+@pytest.mark.parametrize("change", [{"newton": "off"}, {"skin": 0.02}, {"skin": 0.05}, {"skin": 0.3}], ids=str)
+def test_numerics_that_must_not_matter(discs: Callable[..., Any], compressed: dict[str, Any], change: dict[str, Any]) -> None:
+    plain = discs(**compressed).run(STEPS)
+    same(plain.frame(), discs(**{**compressed, **change}).run(STEPS).frame())
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize("number", [2, pytest.param(4, marks=pytest.mark.validation)])  # 4 ranks on 2 cores: 40 s
+def test_ranks(
+    discs: Callable[..., Any], ranks: Callable[..., Frame], compressed: dict[str, Any], number: int, newton: str
+) -> None:
+    """A small skin: grains migrate between ranks with their contacts."""
+    plain = discs(**compressed).run(STEPS)
+    compressed["skin"] = 0.03
+    same(plain.frame(), ranks(number, f"run {STEPS}", newton=newton, **compressed))
+
+
+def test_labels(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+    order = np.random.default_rng(1).permutation(50)
+    plain = discs(**compressed).run(STEPS).frame()
+    other = discs(**compressed, ids=1 + np.argsort(order)).run(STEPS).frame()
+    # the grain of row k of the scene now has the label argsort(order)[k] + 1: rows of the frame are permuted by `order`
+    back = np.argsort(order)
+    np.testing.assert_allclose(other.velocity[back], plain.velocity, rtol=0.0, atol=TOLERANCE)
+    np.testing.assert_allclose(other.spin[back], plain.spin, rtol=0.0, atol=10.0 * TOLERANCE)
+    pairs = {tuple(sorted((order[i], order[j]))) for i, j in zip(other.contacts.i, other.contacts.j, strict=True)}
+    assert pairs == set(zip(plain.contacts.i, plain.contacts.j, strict=True))
+
+
+def test_rotation_by_90_degrees(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+    turn = np.array([[0, -1], [1, 0]])
+    plain = discs(**compressed).run(STEPS).frame()
+    other = discs(**transformed(compressed, turn=turn)).run(STEPS).frame()
+    same(other, replace(plain, cell=plain.cell[::-1], position=plain.position @ turn.T,
+                        velocity=plain.velocity @ turn.T, force=plain.force @ turn.T))  # fmt: skip
+
+
+def test_shift_across_the_periodic_boundary(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+    """A shift by a fraction of the cell moves with it as the cell shrinks."""
+    shift = np.array([0.37, 0.81])
+    plain = discs(**compressed).run(STEPS).frame()
+    length = compressed["cell"][0]
+    other = discs(**transformed(compressed, shift=shift * length)).run(STEPS).frame()
+    same(other, replace(plain, position=plain.position + shift * plain.cell))
+
+
+def test_reflection_reverses_spins(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+    mirror = np.diag([1, -1])
+    plain = discs(**compressed).run(STEPS).frame()
+    scene = transformed(compressed, turn=mirror)
+    other = discs(**{**scene, "spin": -scene["spin"]}).run(STEPS).frame()
+    np.testing.assert_allclose(other.velocity, plain.velocity @ mirror, rtol=0.0, atol=TOLERANCE)
+    np.testing.assert_allclose(other.spin, -plain.spin, rtol=0.0, atol=10.0 * TOLERANCE)
+    np.testing.assert_allclose(other.contacts.stretch, -plain.contacts.stretch, rtol=0.0, atol=TOLERANCE)
+
+
+def test_output_does_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+    """Bit by bit: grains, contact forces and memory."""
+    quiet, watched = discs(**compressed), discs(**compressed)
+    watched.record(STEPS, 10)
+    one, two = quiet.run(STEPS).frame(), watched.frame()
+    for name in ("position", "velocity", "spin", "force", "torque", "cell"):
+        assert np.array_equal(getattr(one, name), getattr(two, name)), name
+    for name in ("stretch", "rotation", "viscous", "gap"):
+        assert np.array_equal(getattr(one.contacts, name), getattr(two.contacts, name)), name
+
+
+@pytest.mark.parametrize("account", ["yes", "no"])
+def test_sums_do_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any], account: str) -> None:
+    """Bit by bit, with and without the energy account; energies at every step or at the last."""
+    plain = discs(**compressed).run(STEPS).frame()
+    law = " ".join(f"{name} {value}" for name, value in LAW.items())
+    first = f"pair_style disc/cohesive account {account}\npair_coeff * * {law}\nthermo 1\nrun 0"
+    other = discs(**compressed, first=first).run(STEPS).frame()
+    assert np.array_equal(plain.velocity, other.velocity) and np.array_equal(plain.position, other.position)

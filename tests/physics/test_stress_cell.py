@@ -1,0 +1,132 @@
+"""The stress-controlled cell, its conventions and the drag: closed forms of free discs, and a packing under stress."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+LENGTHS, STEP = np.array([12.0, 8.0]), 1e-3
+
+
+@pytest.fixture
+def spread() -> dict[str, Any]:
+    """Twelve discs at rest, far apart."""
+    position = np.stack(np.meshgrid(np.arange(4) * 3.0 + 1.0, np.arange(3) * 2.6 + 1.0), -1).reshape(-1, 2)
+    return {"position": position, "diameter": np.linspace(0.5, 1.0, 12), "cell": LENGTHS, "law": {"kn": 1e3}, "step": STEP}
+
+
+def inertia(scene: dict[str, Any], factor: float = 0.3) -> float:
+    """M = factor sum(m)/L, L = sqrt(L_x L_y)."""
+    return factor * float(np.sum(scene["diameter"] ** 2)) / math.sqrt(LENGTHS[0] * LENGTHS[1])
+
+
+@pytest.mark.parametrize("factor", [0.3, 2.0])
+def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[str, Any], factor: float) -> None:
+    """Nothing resists: eps_a = P_a t^2/(2 M), for velocity Verlet as well; discs move affinely and stay at rest."""
+    stress, mass, steps = np.array([0.02, -0.01]), inertia(spread, factor), 900
+    sample = discs(**spread, move=f"stress {stress[0]} {stress[1]} mass {factor}").run(steps)
+    frame, time = sample.frame(), steps * STEP
+    strain = stress * time**2 / (2.0 * mass)
+    # 900 sums of lengths near 10, each rounded at 1e-15
+    np.testing.assert_allclose(frame.cell, LENGTHS * (1.0 - strain), rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(frame.position, spread["position"] * (1.0 - strain), rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15)
+    assert not frame.velocity.any() and not len(frame.contacts)
+
+
+def test_strain_rate_is_capped(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    """d eps/dt = P t/M up to the cap, constant afterwards; also where the cell grows."""
+    cap, stress, mass = 0.05, 0.1, inertia(spread)
+    reached = cap * mass / stress
+    sample = discs(**spread, move=f"stress {stress} -{stress} rate {cap}")
+    for steps in (400, 1600):
+        sample.run(steps)
+        time = sample.value("step") * STEP
+        strain = stress * time**2 / (2.0 * mass) if time < reached else cap * (time - reached / 2.0)
+        # the cap is reached within a step: an error of cap*STEP at most
+        np.testing.assert_allclose(sample.frame().cell, LENGTHS * (1.0 + strain * np.array([-1, 1])), rtol=0.0, atol=12 * cap * STEP)
+        assert np.abs(sample.vector("move", 4)[2:]).max() <= cap
+    assert sample.vector("move", 4)[2:].tolist() == [cap, -cap]
+
+
+def test_a_null_axis_is_fixed(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    frame = discs(**spread, move="stress NULL 0.02").run(500).frame()
+    assert frame.cell[0] == LENGTHS[0] and frame.cell[1] < LENGTHS[1] - 1e-3
+    assert np.array_equal(frame.position[:, 0], spread["position"][:, 0])
+
+
+def test_new_targets_start_a_new_stage(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    """The cell keeps dL/dt; strain then counts from the new length, and M is 0.3 sum(m)/L of that cell."""
+    first, second, steps = 0.02, 0.05, 500
+    sample = discs(**spread, move=f"stress {first} {first}").run(steps)
+    time, mass = steps * STEP, inertia(spread)
+    lengths, speed = sample.frame().cell, LENGTHS * first * time / mass
+    sample.command(f"fix_modify move stress {second} {second}").run(steps)
+    again = mass * math.sqrt(np.prod(LENGTHS) / np.prod(lengths))
+    assert sample.vector("move", 6)[5] == pytest.approx(again, rel=1e-12)
+    expected = lengths - speed * time - lengths * second * time**2 / (2.0 * again)
+    np.testing.assert_allclose(sample.frame().cell, expected, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("convention", [-1, 0, 1])
+def test_free_velocities_scale_with_the_cell(discs: Callable[..., Any], spread: dict[str, Any], convention: int) -> None:
+    """m dv/dt = c m (dL/dt/L) v: v ~ L^c along each axis, whatever the cell does; the spin stays."""
+    velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
+    spread |= {"velocity": velocity, "spin": np.linspace(-1, 1, 12)}
+    sample = discs(**spread, move=f"stress 1e9 -1e9 rate 0.1 convention {convention}").run(600)
+    frame = sample.frame()
+    assert not len(frame.contacts) and abs(frame.cell[0] / LENGTHS[0] - 0.94) < 1e-9
+    # the factor is exp(-c d eps/dt dt/2) with L at either end of the step: the error of a step is of third order
+    np.testing.assert_allclose(frame.velocity, velocity * (frame.cell / LENGTHS) ** convention, rtol=1e-7, atol=0.0)
+    np.testing.assert_array_equal(frame.spin, spread["spin"])
+    # what convention +-1 gives to the grains is work of the cell
+    before, after = (np.sum(spread["diameter"][:, None] ** 2 * v**2) / 2.0 for v in (velocity, frame.velocity))
+    assert sample.vector("move", 6)[4] == pytest.approx(after - before, abs=1e-6 * before)
+
+
+def test_kinetic_stress_of_free_discs(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
+    sample = discs(**spread, velocity=velocity, move="stress 0 0 mass 1e9")
+    expected = spread["diameter"] ** 2 @ velocity**2 / np.prod(LENGTHS)
+    np.testing.assert_allclose(sample.vector("move", 2), expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("shares", ["1 1", "2 1"])
+def test_a_packing_reaches_the_imposed_stress(discs: Callable[..., Any], gas: Callable[..., Any], shares: str) -> None:
+    """Cohesionless discs, compressed from a gas at rest: stress = sum over contacts of F r/A in the end."""
+    scene = gas(60, 0.5, seed=9, speed=0.0)
+    law = {"kn": 1e3, "kt": 1e3, "mu": 0.3, "zeta": 0.8}
+    sample = discs(**scene, law=law, step=2e-3, move=f"stress {shares} drag 0.2").run(60000)
+    frame = sample.frame()
+    stress = (frame.contacts.force * frame.contacts.branch).sum(axis=0) / frame.area
+    # 100 time units of drag at a rate of 0.2 to 0.4 leave exp(-20) of the last vibrations; measured 1e-7
+    np.testing.assert_allclose(stress, [float(s) for s in shares.split()], rtol=1e-5)
+    np.testing.assert_allclose(sample.vector("move", 2), stress, rtol=1e-5)
+    assert np.pi / 4.0 * np.sum(frame.diameter**2) / frame.area > 0.75
+
+
+@pytest.mark.parametrize("stress", ["", "stress 1e-9 1e-9 mass 1e9"])
+def test_drag_slows_free_discs_and_is_accounted(discs: Callable[..., Any], spread: dict[str, Any], stress: str) -> None:
+    """v, w ~ exp(-g t), and the energy taken is the kinetic energy that is gone."""
+    drag, steps = 0.7, 500
+    velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
+    spin = np.linspace(-1, 1, 12)
+    sample = discs(**spread, velocity=velocity, spin=spin, move=f"{stress} drag {drag}").run(steps)
+    kept, frame = math.exp(-drag * steps * STEP), sample.frame()
+    # 1000 factors exp(-g dt/2), each rounded at 1e-16
+    np.testing.assert_allclose(frame.velocity, kept * velocity, rtol=1e-12, atol=0.0)
+    np.testing.assert_allclose(frame.spin, kept * spin, rtol=1e-12, atol=0.0)
+    mass, inertia = frame.mass, frame.mass * frame.diameter**2 / 8.0
+    energy = (mass @ (velocity**2).sum(axis=1) + inertia @ spin**2) / 2.0
+    assert sample.vector("move", 7)[6] == pytest.approx(energy * (1.0 - kept**2), rel=1e-11)
+
+
+def test_drag_can_be_switched(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    sample = discs(**spread, velocity=0.1).run(100)
+    assert np.array_equal(sample.frame().velocity, np.full((12, 2), 0.1))
+    sample.command("fix_modify move drag 1").run(100).command("fix_modify move drag 0").run(100)
+    np.testing.assert_allclose(sample.frame().velocity, 0.1 * math.exp(-0.1), rtol=1e-13)

@@ -100,6 +100,11 @@ class Sample:
         self.prefix = f"{folder}/now."
         self.engine.commands_string(text)
 
+    @staticmethod
+    def text(scene: Mapping[str, Any], data: Path) -> str:
+        """Input script of a scene; writes its data file."""
+        return Scene(**scene).deck(data)
+
     def command(self, text: str) -> Sample:
         self.engine.commands_string(text)
         return self
@@ -144,7 +149,7 @@ def discs(tmp_path: Path) -> Iterator[Callable[..., Sample]]:
     number, opened = count(), list[Sample]()
 
     def open_scene(first: str = "run 0", **scene: Any) -> Sample:
-        opened.append(Sample(Scene(**scene).deck(tmp_path / f"{next(number)}.data") + first, tmp_path))
+        opened.append(Sample(Sample.text(scene, tmp_path / f"{next(number)}.data") + first, tmp_path))
         return opened[-1]
 
     yield open_scene

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from wf_process import QUICK, SLOW, Running, Wf, call
+from wf_process import QUICK, Running, Wf, call
 
 
 @pytest.fixture
@@ -44,11 +44,11 @@ def copy(packing: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Callable[..., Running]]:
-    """Starts `wf run SLOW` in the background."""
+    """Starts `wf run WORDS --out slow` in the background."""
     started: list[Running] = []
 
     def start(*words: str, **options: Any) -> Running:
-        started.append(Running(tmp_path, *SLOW, *words, **options))
+        started.append(Running(tmp_path, *words, **options))
         return started[-1]
 
     yield start

@@ -28,10 +28,9 @@ def net(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
         on_j = normal * n + table.tangential[k] * np.array([-n[1], n[0]])
         force[j] += on_j
         force[i] -= on_j
-        # the contact point divides the branch in the ratio of the radii; the tangential force acts there on both
-        share = radius[i] / (radius[i] + radius[j])
-        moment[i] -= table.tangential[k] * share * np.hypot(*branch) + table.moment[k]
-        moment[j] -= table.tangential[k] * (1 - share) * np.hypot(*branch) - table.moment[k]
+        # v_t = ... - R_i w_i - R_j w_j: the work of T at the rims makes the radii its arms
+        moment[i] -= table.tangential[k] * radius[i] + table.moment[k]
+        moment[j] -= table.tangential[k] * radius[j] - table.moment[k]
     return force, moment
 
 

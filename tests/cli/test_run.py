@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from wf_process import QUICK, Wf, record, steps
 
@@ -143,6 +144,13 @@ def test_run_that_does_not_come_to_rest_ends_with_its_measures(words: list[str],
     assert numbers["equilibrated"] is False
     assert numbers["time"] >= 0.5
     assert record(tmp_path / "short")["status"] == "finished"
+
+
+def test_every_step_has_one_row(wf: Wf, tmp_path: Path) -> None:
+    """Also the step at which a stage ends and the next begins, when it falls on a row."""
+    assert wf("run", *QUICK, "--series-interval", 1e-3, "--out", "run").returncode == 0
+    assert record(tmp_path / "run")["result"]["stage"] == 2
+    assert np.all(np.diff(steps(tmp_path / "run")) > 0)
 
 
 def test_status(packing: Path, copy: Path, wf: Wf) -> None:

@@ -9,12 +9,12 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from wf_process import QUICK, Running, Wf
+from wf_process import ENDLESS, QUICK, Running, Wf
 
 
 def test_terminal_rewrites_one_line(running: Callable[..., Running]) -> None:
     main, side = os.openpty()
-    run = running(stderr=side)
+    run = running(*ENDLESS, stderr=side)
     os.close(side)
     text = ""
     while len(re.findall("\r(?!\n)", text)) < 2:  # two states on the same line

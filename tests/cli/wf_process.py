@@ -17,8 +17,10 @@ from workflow.archive.dumps import read_series
 WF = [sys.executable, "-m", "workflow.cli.main"]
 # 25 000 steps, about a second: soft grains and a short proof of rest
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]
-# some seconds: long enough to be stopped in the middle; 5 rows a second of simulated time to see where it is
+# 90 000 steps, some two seconds: can be stopped in the middle and still finished within a test
 SLOW = ["method1", "--no-cohesion", "--n", "200", "--kappa", "1e4", "--hold", "1", "--checkpoint-interval", "1"]
+# far longer than any test looks at it
+ENDLESS = ["method1", "--n", "400", "--max-time", "500"]
 
 Wf = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -14,19 +14,18 @@ WRONG = {
     "negative kn": ("kn 1000", "kn -1", "kn = -1 must not be negative"),
     "no kn": ("kn 1000", "zeta 0.5", "'kn' must be given"),
     "not a number": ("kn 1000", "kn stiff", "stiff"),
-    "nan": ("kn 1000", "kn nan", "kn|nan"),
+    "nan": ("kn 1000", "kn nan", "instead of 'nan'"),
     "negative mu": ("kn 1000", "kn 1000 kt 1 mu -0.1", "mu = -0.1 must not be negative"),
     "mu without kt": ("kn 1000", "kn 1000 mu 0.5", "'kt' must be given"),
     "f0 without d0": ("kn 1000", "kn 1000 f0 1", "'d0' must be given"),
     "mur without kr": ("kn 1000", "kn 1000 mur 0.1", "'kr' must be given"),
     "missing value": ("kn 1000", "kn 1000 kt", "'kt' needs a value"),
-    "types": ("pair_coeff * *", "pair_coeff 1 1", r"start with '\* \*'"),
+    "types": ("pair_coeff * *", "pair_coeff 1 1", "must start with"),
     "no coefficients": ("pair_coeff * * kn 1000", "", "pair_coeff|coeffs"),
     "account without value": ("disc/cohesive\n", "disc/cohesive account\n", "'account' needs a value"),
     "style keyword": ("disc/cohesive\n", "disc/cohesive speed yes\n", "unknown keyword 'speed'"),
     "ghost velocities": ("vel yes", "vel no", "comm_modify vel yes"),
     "skin below the range": ("kn 1000", "kn 1000 f0 1 d0 0.2", "skin 0.1 must exceed the range 0.2"),
-    "three dimensions": ("dimension 2", "dimension 3", "dimension 2"),
     "stress with one value": ("integrate ", "integrate stress 1", "'stress' needs two values"),
     "fix keyword": ("integrate ", "integrate pressure 1", "unknown keyword 'pressure'"),
     "fix value": ("integrate ", "integrate rate", "'rate' needs a value"),
@@ -79,3 +78,16 @@ def test_an_axis_that_was_fixed_stays_fixed(discs: Callable[..., Any]) -> None:
 def test_another_pair_style_is_refused(discs: Callable[..., Any]) -> None:
     with pytest.raises(Exception, match="pair styles of its plugin"):
         discs(**TWO, first="uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\nrun 0")
+
+
+def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:
+    """No direction to push in: 0/0 must not spread silently."""
+    sample = discs(position=[[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]], diameter=np.ones(3), law={"kn": 1e3}, step=1e-4, first="")
+    with pytest.raises(Exception, match="ERROR"):
+        sample.run(1000)
+
+
+def test_grains_nearly_on_top_of_each_other_are_pushed_apart(discs: Callable[..., Any]) -> None:
+    sample = discs(position=[[1.0, 1.0], [1.0, 1.0 + 1e-9]], diameter=np.ones(2), law={"kn": 1e3}, step=1e-4).run(1000)
+    # all of K_N d^2/2 becomes kinetic energy of two masses 1; Verlet with omega dt = 0.004 is exact to its square
+    np.testing.assert_allclose(sample.frame().velocity, [[0.0, -np.sqrt(500.0)], [0.0, np.sqrt(500.0)]], rtol=1e-4, atol=1e-6)

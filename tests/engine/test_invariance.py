@@ -124,3 +124,52 @@ def test_sums_do_not_change_the_trajectory(discs: Callable[..., Any], compressed
     first = f"pair_style disc/cohesive account {account}\npair_coeff * * {law}\nthermo 1\nrun 0"
     other = discs(**compressed, first=first).run(STEPS).frame()
     assert np.array_equal(plain.velocity, other.velocity) and np.array_equal(plain.position, other.position)
+
+
+@pytest.mark.parametrize(
+    "pieces", ["run 500\nrun 500 pre no\nrun 500 pre no", f"run 10\nrun {STEPS - 10} pre no every 250 NULL"]
+)
+def test_a_run_in_pieces_without_setup_is_the_run(discs: Callable[..., Any], compressed: dict[str, Any], pieces: str) -> None:
+    """`run ... pre no` goes on with the neighbour list and the memory there is: bit by bit."""
+    compressed["skin"] = 0.03
+    whole = discs(**compressed).run(STEPS).frame()
+    parts = discs(**compressed).command(pieces).frame()
+    assert np.array_equal(parts.velocity, whole.velocity)
+    assert np.array_equal(parts.contacts.stretch, whole.contacts.stretch)
+
+
+def test_checkpoints_do_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any], tmp_path: Any) -> None:
+    """LAMMPS rebuilds its list at every checkpoint, which wraps positions and rounds them anew."""
+    compressed["skin"] = 0.03
+    plain = discs(**compressed).run(STEPS).frame()
+    same(discs(**compressed, first=f"restart 50 {tmp_path / 'a'} {tmp_path / 'b'}\nrun 0").run(STEPS).frame(), plain)
+
+
+def test_sorting_grains_in_memory(
+    discs: Callable[..., Any], compressed: dict[str, Any], rewrite: Callable[[str, str], None]
+) -> None:
+    compressed["skin"] = 0.03
+    plain = discs(**compressed).run(STEPS).frame()
+    rewrite("sort 0 0.0", "sort 1 1.0")
+    same(discs(**compressed).run(STEPS).frame(), plain)
+
+
+def test_neighbour_settings_of_lammps(
+    discs: Callable[..., Any], compressed: dict[str, Any], rewrite: Callable[[str, str], None]
+) -> None:
+    """Without `once yes` LAMMPS rebuilds at times of its own."""
+    plain = discs(**compressed).run(STEPS).frame()
+    rewrite("neigh_modify once yes", "neigh_modify delay 0 every 3 check no")
+    same(discs(**compressed).run(STEPS).frame(), plain)
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_a_rank_without_grains(discs: Callable[..., Any], ranks: Callable[..., Frame], newton: str) -> None:
+    """Two discs collide near one side of a long cell and fly over to the other rank and back."""
+    scene = {"position": np.array([[1.0, 1.5], [2.5, 1.6]]), "diameter": np.ones(2), "cell": (12.0, 3.0), "law": LAW,
+             "velocity": np.array([[5.0, 0.0], [-1.0, 0.0]]), "spin": np.array([3.0, 1.0]), "step": 2e-4}  # fmt: skip
+    plain = discs(**scene).run(9000).frame()
+    other = ranks(2, "run 9000", newton=newton, **scene)
+    assert np.abs(plain.velocity - scene["velocity"]).max() > 0.1
+    np.testing.assert_allclose(other.velocity, plain.velocity, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(other.spin, plain.spin, rtol=0.0, atol=1e-9)

@@ -97,3 +97,16 @@ def test_contact_memory_follows_its_pair(discs: Callable[..., Any], gas: Callabl
             kept += 1
         before = now
     assert kept > 500 and sample.value("nbuild") > 5
+
+
+def test_size_ratio_of_a_hundred(discs: Callable[..., Any]) -> None:
+    """One large disc ploughs through small ones in a shrinking cell."""
+    rng, law = np.random.default_rng(0), {"kn": 1e3, "kt": 1e3, "mu": 0.3, "f0": 1e-3, "d0": 1e-3}
+    diameter = np.concatenate(([2.0], rng.uniform(0.02, 0.04, 150)))
+    grid = np.stack(np.meshgrid(np.arange(20), np.arange(20)), -1).reshape(-1, 2) * 0.3 + 0.15
+    free = grid[np.hypot(*(grid - 3.0).T) > 1.05]
+    position = np.vstack(([3.0, 3.0], free[rng.permutation(len(free))[:150]]))
+    velocity = np.vstack(([2.0, 1.0], rng.normal(size=(150, 2))))
+    sample = discs(position=position, diameter=diameter, cell=(6, 6), velocity=velocity, law=law, step=2e-5, skin=0.05,
+                   move="stress 1e9 1e9 rate 0.5")  # fmt: skip
+    assert sum(compare(frame, law) for frame in sample.record(20000, 400)) > 20

@@ -69,7 +69,9 @@ def test_contact_memory_survives(ranks: Callable[..., Frame], scene: dict[str, A
         assert np.array_equal(np.sort(after.ids), before.ids)
 
 
-def test_writing_a_checkpoint_leaves_the_contact_table(discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path) -> None:
+def test_writing_a_checkpoint_leaves_the_contact_table(
+    discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path
+) -> None:
     """The command write_restart wraps and reorders grains; what is dumped after it must be the table of before."""
     before = discs(**scene).run(1500).frame()
     same_memory(discs(**scene).run(1500).command(f"write_restart {tmp_path / 'c'}").frame(), before)
@@ -113,4 +115,13 @@ def test_clocks_of_the_equilibrium_survive(
     assert held == pytest.approx(190 * 2e-4) and quiet == pytest.approx(200 * 2e-4)
     again = type(sample)(reader(tmp_path / "c", move="") + CHECK + between, tmp_path).run(100)
     np.testing.assert_allclose(again.vector("eq", 14)[[9, 12]], [held + 0.02, quiet + 0.02], rtol=1e-9)
+    again.engine.close()
+
+
+def test_figures_are_measured_after_a_restart(discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path) -> None:
+    sample = discs(**scene, first=CHECK + "run 1000")
+    before = sample.command(f"write_restart {tmp_path / 'c'}").vector("eq", 14)
+    again = type(sample)(reader(tmp_path / "c") + CHECK + "run 0", tmp_path)
+    # net force and stress hold the viscous force, here of velocities at the full step
+    np.testing.assert_allclose(again.vector("eq", 14)[[5, 7, 8, 10, 11]], before[[5, 7, 8, 10, 11]], rtol=1e-9)
     again.engine.close()

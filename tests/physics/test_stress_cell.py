@@ -48,7 +48,9 @@ def test_strain_rate_is_capped(discs: Callable[..., Any], spread: dict[str, Any]
         time = sample.value("step") * STEP
         strain = stress * time**2 / (2.0 * mass) if time < reached else cap * (time - reached / 2.0)
         # the cap is reached within a step: an error of cap*STEP at most
-        np.testing.assert_allclose(sample.frame().cell, LENGTHS * (1.0 + strain * np.array([-1, 1])), rtol=0.0, atol=12 * cap * STEP)
+        np.testing.assert_allclose(
+            sample.frame().cell, LENGTHS * (1.0 + strain * np.array([-1, 1])), rtol=0.0, atol=12 * cap * STEP
+        )
         assert np.abs(sample.vector("move", 4)[2:]).max() <= cap
     assert sample.vector("move", 4)[2:].tolist() == [cap, -cap]
 
@@ -130,3 +132,13 @@ def test_drag_can_be_switched(discs: Callable[..., Any], spread: dict[str, Any])
     assert np.array_equal(sample.frame().velocity, np.full((12, 2), 0.1))
     sample.command("fix_modify move drag 1").run(100).command("fix_modify move drag 0").run(100)
     np.testing.assert_allclose(sample.frame().velocity, 0.1 * math.exp(-0.1), rtol=1e-13)
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+def test_stress_is_the_pressure_of_lammps(discs: Callable[..., Any], gas: Callable[..., Any], newton: str) -> None:
+    """Two sums of the same: by the fix that moves the cell, and by compute pressure."""
+    law = {"kn": 1e3, "kt": 1e3, "mu": 0.3, "zeta": 0.4, "f0": 0.5, "d0": 1e-2}
+    sample = discs(**gas(50, 0.5, seed=9), law=law, step=1e-3, newton=newton, move="stress 3 2",
+                   first="thermo_style custom step pxx pyy pxy c_energy\nrun 1000")  # fmt: skip
+    stress = sample.vector("move", 2)
+    np.testing.assert_allclose([sample.value("pxx"), sample.value("pyy")], stress, rtol=1e-12)

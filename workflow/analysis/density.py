@@ -16,6 +16,7 @@ import numpy as np
 from scipy import fft, optimize, special
 
 from workflow.analysis.clusters import ring_edges, wrapped
+from workflow.analysis.contacts import solid_fraction
 from workflow.analysis.frame import Bools, Floats, Frame
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 
@@ -90,11 +91,6 @@ class Autocorrelation:
     edges: Floats
     r: Floats
     c: Floats
-
-
-def solid_fraction(frame: Frame) -> float:
-    """Phi = sum pi d^2 / 4 / A."""
-    return float(0.25 * np.pi * (frame.diameter**2).sum() / frame.area)
 
 
 def scattering(frame: Frame, edges: Floats) -> Scattering:

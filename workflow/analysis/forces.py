@@ -82,18 +82,6 @@ class Triangles:
     ratio: Floats
 
 
-@dataclass(frozen=True)
-class Stress:
-    """Stress tensor [force/length], compression positive, (2, 2): sum of m v v / A and of F r / A."""
-
-    kinetic: Floats
-    interaction: Floats
-
-    @property
-    def total(self) -> Floats:
-        return self.kinetic + self.interaction
-
-
 def normal_force_distribution(frame: Frame, edges: Floats, *, unit: float | None) -> Histogram:
     """Probability density of N / unit over all interactions (G07 figs. 9, 10).
 
@@ -173,15 +161,6 @@ def fabric(frame: Frame, rows: NDArray | None = None) -> Floats:
     """Fabric tensor <n_a n_b> over the interactions in ``rows`` (None: all), (2, 2), trace 1; zeros without any."""
     normal = frame.contacts.normal if rows is None else frame.contacts.select(rows).normal
     return normal.T @ normal / max(len(normal), 1)
-
-
-def stress(frame: Frame) -> Stress:
-    """sigma_ab = (1/A) [sum_i m v_a v_b + sum_pairs F_a r_b], F the force of i on j, r from i to j (G07 eq. 3).
-
-    Each pair once; compression positive; ``velocity`` is relative to the affine motion of the cell.
-    """
-    v, contacts = frame.velocity, frame.contacts
-    return Stress((frame.mass[:, None] * v).T @ v / frame.area, contacts.force.T @ contacts.branch / frame.area)
 
 
 def _histogram(values: Floats, edges: Floats) -> Histogram:

@@ -31,6 +31,10 @@ def declare(commands: Any) -> None:
     )
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
     parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame, negative from the end (default -1)")
+    parser.add_argument(
+        "--network", action=argparse.BooleanOptionalAction, default=None,
+        help="rigidity, elastic moduli and force percolation too (default: up to 10000 grains)",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -46,6 +50,6 @@ def archived(directory: RunDirectory) -> RunDirectory:
 def action(arguments: argparse.Namespace) -> int:
     """Measure and print."""
     directory = archived(RunDirectory.open(arguments.directory))
-    measures = measures_of(directory, arguments.frame)
+    measures = measures_of(directory, arguments.frame, network=arguments.network)
     print(json.dumps(measures, indent=1) if arguments.json else summary(measures, directory))
     return 0

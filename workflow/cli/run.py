@@ -103,6 +103,9 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     if relaxation:
         changes = f"contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}"
         rows.append(("settling", f"{changes}, solid fraction {relaxation['solid_fraction_change']:+.1e}"))
+    if "hyperstaticity" in measures.get("rigidity", {}):
+        network = measures["rigidity"]
+        rows.append(("rigidity", f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"))
     tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
     resolution = f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
     rows.append(("steps", f"{resolution}; largest overlap {numerics['largest_overlap']:.1e} a"))

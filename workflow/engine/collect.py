@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from workflow.analysis.contacts import measure, solid_fraction
+from workflow.analysis.elasticity import elastic_moduli
 from workflow.analysis.energy import energies
+from workflow.analysis.forces import force_populations
 from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.network import Springs
+from workflow.analysis.percolation import percolation
+from workflow.analysis.rigidity import rigidity
 from workflow.archive.dumps import read_frames
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.errors import WorkflowError
 from workflow.scene.presets import Scene
 
 ARCHIVE, MEASURES = "run.h5", "measures.json"
+NETWORK_GRAINS = 10_000  # up to which the network is analysed unasked: a second or two
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
@@ -36,8 +45,11 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     return measures
 
 
-def measures_of(directory: RunDirectory, frame: int = -1) -> dict[str, Any]:
-    """The measures of a frame of the archive, with the run's own error figures."""
+def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | None = None) -> dict[str, Any]:
+    """The measures of a frame of the archive, with the run's own error figures.
+
+    ``network``: analyse rigidity, moduli and percolation too; None: if there are at most NETWORK_GRAINS grains.
+    """
     scene, series = directory.scene, directory.series() or {}
     result = directory.result()
     with Archive(directory / ARCHIVE) as archive:
@@ -57,8 +69,34 @@ def measures_of(directory: RunDirectory, frame: int = -1) -> dict[str, Any]:
     numbers["energy"] = _energy(chosen, scene)
     numbers["relaxation"] = _relaxation(stages)
     numbers["numerics"] = _numerics(scene, series)
+    if network or (network is None and chosen.grains <= NETWORK_GRAINS):
+        numbers |= _network(chosen, scene)
     numbers["time"], numbers["step"] = chosen.time, chosen.step
     return numbers
+
+
+def _network(frame: Frame, scene: Scene) -> dict[str, Any]:
+    """Rigidity and force transmission of the network; a part that cannot be had says why."""
+    law = scene.law_in_units
+    springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
+    friction, rolling = law.mu > 0, law.mur > 0
+
+    def tried(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        try:
+            return part()
+        except WorkflowError as fault:
+            return {"error": str(fault)}
+
+    return {
+        "rigidity": tried(
+            lambda: rigidity(frame, springs=springs, friction=friction, rolling=rolling, free_cell=True).as_dict()
+        ),
+        "elastic_moduli": tried(lambda: asdict(elastic_moduli(frame, springs=springs, friction=friction, rolling=rolling))),
+        "force_percolation": tried(lambda: {"threshold": percolation(frame).any, "axis": list(percolation(frame).axis)}),
+        "force_populations": tried(
+            lambda: asdict(force_populations(frame, unit=scene.force_unit, tolerance=scene.force_tolerance))
+        ),
+    }
 
 
 def _energy(frame: Frame, scene: Scene) -> dict[str, float]:

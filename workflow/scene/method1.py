@@ -44,7 +44,8 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
             least = math.ceil(needed**2 * DENSEST / self.mean_area)
             raise InputError(
                 f"n = {self.n} is not allowed: compressed, {self.n} grain(s) fill a cell of {shortest:.2f} a, in which a "
-                f"grain would touch two images of its neighbour (the cell must stay above {needed:.2f} a); use n = {least} or more"
+                f"grain would touch two images of its neighbour (the cell must stay above {needed:.2f} a); "
+                f"use n = {least} or more"
             )
 
     @property

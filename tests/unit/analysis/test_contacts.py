@@ -103,7 +103,7 @@ def test_measures_are_json_with_stable_keys():
     result = measure(triangular(), force_unit=1.0)
     assert set(json.loads(json.dumps(result))) == {
         "solid_fraction", "coordination", "coordination_backbone", "rattler_fraction", "neighbour_shares",
-        "distant_share", "stress", "rumpf_ratio", "unbalanced_force", "kinetic_energy", "energy_residual",
+        "distant_share", "stress", "rumpf_ratio", "rumpf_ratio_weighted", "unbalanced_force", "kinetic_energy", "energy_residual",
         "equilibrated", "grains", "interactions",
     }  # fmt: skip
 

@@ -8,6 +8,7 @@ import pytest
 from scipy import integrate, special
 
 from workflow.analysis import density
+from workflow.analysis.contacts import solid_fraction
 from workflow.analysis.density import (
     Scattering,
     autocorrelation,
@@ -18,7 +19,6 @@ from workflow.analysis.density import (
     grid_scattering,
     indicator,
     scattering,
-    solid_fraction,
 )
 from workflow.analysis.frame import Contacts, Frame
 from workflow.errors import EnvironmentFault, InputError, WorkflowError

@@ -1,0 +1,121 @@
+"""Rendering: the template verbatim but for the values of its index variables."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workflow.deck.render import data_file, fill, render, templates
+from workflow.errors import InputError
+from workflow.scene.method1 import Method1
+
+TEMPLATE = """# variable kn index 7 is only a comment
+variable kn    index 1.0e5
+variable   data index data/discs.data
+variable restart index none
+variable stage index 1
+variable phi equal ${kn}*2
+print "variable kn index 3"
+run ${kn}
+"""
+REFERENCE = Path(__file__).with_name("method1_variables.txt")
+
+
+def declared(deck: str) -> dict[str, str]:
+    """Index variables of a deck with their first values (a later one does not count, as for `lmp`)."""
+    words = [line.split() for line in deck.splitlines() if line.startswith("variable ")]
+    return {word[1]: word[3] for word in reversed(words) if word[2] == "index" and len(word) == 4}
+
+
+def test_fill_replaces_exactly_the_index_variables() -> None:
+    text = fill(TEMPLATE, {"kn": 0.1, "data": "grains.data"})
+    expected = TEMPLATE.replace("index 1.0e5", "index 0.1").replace("data/discs.data", "grains.data")
+    assert text == expected
+
+
+def test_value_equal_to_the_default_changes_nothing() -> None:
+    assert fill(TEMPLATE, {"kn": "1.0e5", "data": "data/discs.data"}) == TEMPLATE
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"kn": 1.0}, ["no value for ['data']"]),
+        ({"kn": 1.0, "data": "x", "mu": 0.5}, ["no variable for ['mu']"]),
+        ({"phi": 1.0, "kn": 1.0, "data": "x"}, ["no variable for ['phi']"]),
+    ],
+)
+def test_template_and_scene_must_agree(values: dict[str, str | float], words: list[str]) -> None:
+    with pytest.raises(InputError) as fault:
+        fill(TEMPLATE, values)
+    assert all(word in str(fault.value) for word in words)
+
+
+@pytest.mark.parametrize(
+    "value", ["two words", "it's", 'say "x"', "", "$x", "${kn}", "a;b", "a&", "a#b", "a\nrun 5", "tab\tx", "*", "é é"]
+)
+def test_values_that_the_input_language_would_take_apart_are_refused(value: str) -> None:
+    with pytest.raises(InputError, match="'data'"):
+        fill(TEMPLATE, {"kn": 1.0, "data": value})
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.integers())
+def test_numbers_keep_their_last_bit(number: float, whole: int) -> None:
+    assert float(declared(fill(TEMPLATE, {"kn": number, "data": "x"}))["kn"]) == number
+    assert int(declared(fill(TEMPLATE, {"kn": whole, "data": "x"}))["kn"]) == whole
+
+
+def test_every_variable_of_the_scene_appears_with_its_value() -> None:
+    scene = Method1(mu=0.123456789012345678, kappa=12345.678, d0=1 / 300, seed=7)
+    shown = declared(render(scene))
+    for name, value in scene.variables().items():
+        assert shown[name] == value if isinstance(value, str) else float(shown[name]) == value, name
+    assert shown["data"] == "grains.data"
+    assert (shown["restart"], shown["stage"]) == ("none", "1")
+    assert set(shown) == {*scene.variables(), "data", "restart", "stage"}
+
+
+def test_rest_of_the_deck_is_the_template() -> None:
+    template = (templates() / "method1.in").read_text().splitlines()
+    deck = render(Method1()).splitlines()
+    assert len(deck) == len(template)
+    changed = [old for old, new in zip(template, deck, strict=True) if old != new]
+    assert all(re.match(r"variable\s+\w+\s+index\s", line) for line in changed)
+
+
+def test_values_are_those_of_the_stored_reference() -> None:
+    """What runs today runs tomorrow: a scene's numbers change only on purpose (then store the new ones)."""
+    shown = declared(render(Method1(n=60, cohesion=False, mu=0.15, kappa=1e3)))
+    stored = dict(line.split() for line in REFERENCE.read_text().splitlines())
+    assert set(shown) == set(stored)
+    for name, value in stored.items():
+        try:
+            # derived numbers pass through sqrt and pi of the platform's libm
+            assert float(shown[name]) == pytest.approx(float(value), rel=1e-14), name
+        except ValueError:
+            assert shown[name] == value
+
+
+def test_rendering_is_a_pure_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert render(Method1(seed=3)) == render(Method1(seed=3))
+    assert not list(tmp_path.iterdir())
+
+
+def test_data_file_holds_every_disc_to_the_last_bit() -> None:
+    discs = Method1(n=50).discs()
+    head, rows = data_file(discs).split("Atoms # sphere\n\n")
+    table = np.array([line.split() for line in rows.splitlines()], dtype=float)
+    assert table[:, 0].tolist() == list(range(1, 51))
+    assert np.array_equal(table[:, 2], discs.diameter)
+    assert np.array_equal(table[:, 4:6], discs.position)
+    assert "50 atoms" in head
+    bounds = {line.split()[2]: [float(word) for word in line.split()[:2]] for line in head.splitlines() if line.endswith("hi")}
+    assert bounds["xlo"] == [0.0, discs.cell[0]]
+    assert bounds["ylo"] == [0.0, discs.cell[1]]
+    assert bounds["zlo"][0] < 0.0 < bounds["zlo"][1]

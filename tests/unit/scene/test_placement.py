@@ -1,0 +1,116 @@
+"""Random placement of discs: none overlaps, the density is exact, the points are uniform, the seed decides all."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs, diameters, place
+from workflow.scene.method1 import Method1
+
+
+def gaps(discs: Discs) -> np.ndarray:
+    """Gap of every pair and of all 9 images, and of each disc with its own images, (9 N^2 - N,)."""
+    apart = discs.position[None] - discs.position[:, None]
+    reach = (discs.diameter[None] + discs.diameter[:, None]) / 2
+    every = []
+    for x in (-1, 0, 1):
+        for y in (-1, 0, 1):
+            gap = np.linalg.norm(apart + discs.cell * [x, y], axis=2) - reach
+            every.append(gap[~np.eye(len(gap), dtype=bool)] if x == y == 0 else gap.ravel())
+    return np.concatenate(every)
+
+
+@pytest.mark.parametrize(
+    ("count", "solid_fraction", "smallest", "gap"),
+    [
+        (10, 0.3, 0.5, 1e-3),
+        (300, 0.36, 0.5, 1e-3),
+        (400, 0.53, 0.5, 1e-3),
+        (200, 0.5, 1.0, 0.0),
+        (300, 0.3, 0.5, 0.1),
+        (400, 0.5, 0.05, 1e-3),
+        (400, 0.01, 0.01, 1e-6),
+    ],
+)
+def test_no_overlap_and_exact_density(count: int, solid_fraction: float, smallest: float, gap: float) -> None:
+    rng = np.random.default_rng(count)
+    discs = place(diameters(count, smallest, rng), solid_fraction, gap, rng)
+    assert gaps(discs).min() >= gap - 1e-12  # differences of coordinates of order ten
+    assert np.pi / 4 * np.sum(discs.diameter**2) / np.prod(discs.cell) == pytest.approx(solid_fraction, rel=1e-12)
+    assert np.all((discs.position >= 0) & (discs.position < discs.cell))
+    assert discs.position.shape == (count, 2)
+
+
+def test_sizes_are_kept() -> None:
+    rng = np.random.default_rng(3)
+    size = diameters(200, 0.5, rng)
+    assert np.array_equal(np.sort(place(size, 0.4, 1e-3, rng).diameter), np.sort(size))
+
+
+def test_seed_decides_all() -> None:
+    one, same, other = (Method1(n=100, seed=seed).discs() for seed in (5, 5, 6))
+    assert one.position.tobytes() == same.position.tobytes()
+    assert one.diameter.tobytes() == same.diameter.tobytes()
+    assert not np.isin(one.diameter, other.diameter).any()
+    assert not np.isin(one.position, other.position).any()
+
+
+def test_seed_alone_decides_the_grains_of_scenes_that_differ_in_the_law() -> None:
+    """Samples with and without friction start from the same grains (G07 compares them pairwise)."""
+    one, other = (Method1(n=100, mu=mu).discs() for mu in (0.0, 0.5))
+    assert one.position.tobytes() == other.position.tobytes()
+
+
+def test_positions_are_uniform() -> None:
+    """Chi-square of 25 cells, dilute so that points are nearly independent; significance 1e-3 at a fixed seed."""
+    rng = np.random.default_rng(11)
+    samples = [place(diameters(2000, 0.5, rng), 0.05, 1e-3, rng) for _ in range(2)]
+    points = np.concatenate([sample.position / sample.cell for sample in samples])
+    counts, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=5, range=[[0, 1], [0, 1]])
+    assert stats.chisquare(counts.ravel()).pvalue > 1e-3
+
+
+def test_position_does_not_depend_on_size() -> None:
+    """Large discs are placed first, which must not show: rank correlation of size and coordinate, significance 1e-3."""
+    rng = np.random.default_rng(12)
+    discs = place(diameters(3000, 0.5, rng), 0.3, 1e-3, rng)
+    for axis in (0, 1):
+        assert stats.spearmanr(discs.diameter, discs.position[:, axis]).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("smallest", [0.5, 0.05])
+def test_diameters_are_uniform(smallest: float) -> None:
+    """Kolmogorov-Smirnov against the uniform law of G07 sec. II A, significance 1e-3."""
+    size = diameters(5000, smallest, np.random.default_rng(4))
+    assert stats.kstest(size, stats.uniform(smallest, 1 - smallest).cdf).pvalue > 1e-3
+    assert smallest <= size.min() <= size.max() <= 1.0
+
+
+def test_scene_has_gaps_of_the_range_of_attraction() -> None:
+    assert gaps(Method1(n=200, d0=0.05).discs()).min() >= 0.05 - 1e-12
+    assert gaps(Method1(n=200, cohesion=False).discs()).min() >= -1e-12
+
+
+def test_twenty_thousand_grains_at_the_highest_density_of_the_paper() -> None:
+    begun = time.process_time()
+    discs = Method1(n=20_000, phi0=0.53).discs()
+    assert time.process_time() - begun < 8.0  # "a few seconds"; 1.5 s where this was written
+    assert len(discs.diameter) == 20_000
+
+
+def test_neighbours_in_space_are_neighbours_in_memory() -> None:
+    """Consecutive rows lie within a few diameters (a random order would be half a cell apart)."""
+    discs = Method1(n=5000).discs()
+    steps = np.abs(np.diff(discs.position, axis=0))
+    steps = np.minimum(steps, discs.cell - steps)
+    assert np.median(np.hypot(steps[:, 0], steps[:, 1])) < 3.0
+
+
+def test_disc_that_would_touch_its_own_image_is_refused() -> None:
+    with pytest.raises(InputError, match="own image"):
+        place(np.ones(2), 0.5, 0.0, np.random.default_rng(0))

@@ -75,7 +75,9 @@ class Scene:
         """Input script up to the first run; writes the data file it reads."""
         data.write_text(self._data(), encoding="ascii")
         law = " ".join(f"{name} {value:.17g}" for name, value in self.law.items())
-        return DECK.format(newton=self.newton, skin=self.skin, data=data, law=law, step=self.step, move=self.move) + WATCH
+        return (
+            DECK.format(newton=self.newton, skin=self.skin, data=data, law=law, step=self.step, move=self.move) + WATCH
+        )
 
     def _data(self) -> str:
         count = len(self.diameter)
@@ -83,7 +85,8 @@ class Scene:
         velocity = np.broadcast_to(self.velocity, (count, 2))
         spin = np.broadcast_to(self.spin, (count,))
         atoms = [
-            f"{n} 1 {d:.17g} 1 {x:.17g} {y:.17g} 0" for n, d, (x, y) in zip(ids, self.diameter, self.position, strict=True)
+            f"{n} 1 {d:.17g} 1 {x:.17g} {y:.17g} 0"
+            for n, d, (x, y) in zip(ids, self.diameter, self.position, strict=True)
         ]
         moves = [f"{n} {u:.17g} {v:.17g} 0 0 0 {w:.17g}" for n, (u, v), w in zip(ids, velocity, spin, strict=True)]
         box = [f"0 {self.cell[0]:.17g} xlo xhi", f"0 {self.cell[1]:.17g} ylo yhi", "-0.5 0.5 zlo zhi"]
@@ -167,7 +170,18 @@ def ranks(tmp_path: Path) -> Callable[..., Frame]:
         text = text or Scene(**scene).deck(tmp_path / "ranks.data")
         script.write_text(f"{text}\n{commands}\n{WRITE.format(prefix)}", encoding="ascii")
         found = engine()
-        command = [found.mpiexec, "-n", str(number), found.lmp, "-in", script, "-log", "none", "-screen", "none"]
+        command = [
+            f"{found.mpiexec}",
+            "-n",
+            f"{number}",
+            f"{found.lmp}",
+            "-in",
+            f"{script}",
+            "-log",
+            "none",
+            "-screen",
+            "none",
+        ]
         done = subprocess.run(command, env=found.variables(), cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
         return next(read_frames(f"{prefix}grains.dump", f"{prefix}contacts.dump"))

@@ -41,7 +41,7 @@ WRONG = {
     "equilibrium keyword": ("compute energy", "fix eq all disc/equilibrium 10 units 1\ncompute energy", "unknown keyword 'units'"),
     "equilibrium value": ("compute energy", "fix eq all disc/equilibrium 10 unit 1 hold\ncompute energy", "'hold' needs a value"),
 }  # fmt: skip
-TWO = {"position": np.array([[1.0, 1.0], [2.5, 1.0]]), "diameter": np.ones(2), "law": {"kn": 1000.0}}
+TWO: dict[str, Any] = {"position": np.array([[1.0, 1.0], [2.5, 1.0]]), "diameter": np.ones(2), "law": {"kn": 1000.0}}
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -61,7 +61,7 @@ def test_a_cell_too_small_is_refused(discs: Callable[..., Any], cell: tuple[floa
 
 def test_a_cell_that_becomes_too_small_is_refused(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
     sample = discs(**gas(8, 0.3, seed=1, speed=0.0), law={"kn": 1e3}, step=1e-3, move="stress 1e9 NULL rate 0.5")
-    with pytest.raises(Exception, match="cell length .* along x is below"):
+    with pytest.raises(Exception, match=r"cell length .* along x is below"):
         sample.run(2000)
 
 
@@ -77,12 +77,17 @@ def test_an_axis_that_was_fixed_stays_fixed(discs: Callable[..., Any]) -> None:
 
 def test_another_pair_style_is_refused(discs: Callable[..., Any]) -> None:
     with pytest.raises(Exception, match="pair styles of its plugin"):
-        discs(**TWO, first="uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\nrun 0")
+        discs(
+            **TWO,
+            first="uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\nrun 0",
+        )
 
 
 def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:
     """No direction to push in: 0/0 must not spread silently."""
-    sample = discs(position=[[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]], diameter=np.ones(3), law={"kn": 1e3}, step=1e-4, first="")
+    sample = discs(
+        position=[[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]], diameter=np.ones(3), law={"kn": 1e3}, step=1e-4, first=""
+    )
     with pytest.raises(Exception, match="ERROR"):
         sample.run(1000)
 
@@ -90,4 +95,6 @@ def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:
 def test_grains_nearly_on_top_of_each_other_are_pushed_apart(discs: Callable[..., Any]) -> None:
     sample = discs(position=[[1.0, 1.0], [1.0, 1.0 + 1e-9]], diameter=np.ones(2), law={"kn": 1e3}, step=1e-4).run(1000)
     # all of K_N d^2/2 becomes kinetic energy of two masses 1; Verlet with omega dt = 0.004 is exact to its square
-    np.testing.assert_allclose(sample.frame().velocity, [[0.0, -np.sqrt(500.0)], [0.0, np.sqrt(500.0)]], rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        sample.frame().velocity, [[0.0, -np.sqrt(500.0)], [0.0, np.sqrt(500.0)]], rtol=1e-4, atol=1e-6
+    )

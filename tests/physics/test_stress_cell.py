@@ -16,7 +16,13 @@ LENGTHS, STEP = np.array([12.0, 8.0]), 1e-3
 def spread() -> dict[str, Any]:
     """Twelve discs at rest, far apart."""
     position = np.stack(np.meshgrid(np.arange(4) * 3.0 + 1.0, np.arange(3) * 2.6 + 1.0), -1).reshape(-1, 2)
-    return {"position": position, "diameter": np.linspace(0.5, 1.0, 12), "cell": LENGTHS, "law": {"kn": 1e3}, "step": STEP}
+    return {
+        "position": position,
+        "diameter": np.linspace(0.5, 1.0, 12),
+        "cell": LENGTHS,
+        "law": {"kn": 1e3},
+        "step": STEP,
+    }
 
 
 def inertia(scene: dict[str, Any], factor: float = 0.3) -> float:
@@ -34,7 +40,9 @@ def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[
     # 900 sums of lengths near 10, each rounded at 1e-15
     np.testing.assert_allclose(frame.cell, LENGTHS * (1.0 - strain), rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(frame.position, spread["position"] * (1.0 - strain), rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15)
+    np.testing.assert_allclose(
+        sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15
+    )
     assert not frame.velocity.any() and not len(frame.contacts)
 
 
@@ -75,7 +83,9 @@ def test_new_targets_start_a_new_stage(discs: Callable[..., Any], spread: dict[s
 
 
 @pytest.mark.parametrize("convention", [-1, 0, 1])
-def test_free_velocities_scale_with_the_cell(discs: Callable[..., Any], spread: dict[str, Any], convention: int) -> None:
+def test_free_velocities_scale_with_the_cell(
+    discs: Callable[..., Any], spread: dict[str, Any], convention: int
+) -> None:
     """m dv/dt = c m (dL/dt/L) v: v ~ L^c along each axis, whatever the cell does; the spin stays."""
     velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
     spread |= {"velocity": velocity, "spin": np.linspace(-1, 1, 12)}

@@ -127,7 +127,7 @@ def _forces(axes: Axes, frame: Frame, unit: float, tolerance: float, points: flo
             ends = (start - crossing * along * frame.cell)[rows]
             lines = np.stack((ends, ends + table.branch[rows]), axis=1)
             axes.add_collection(
-                LineCollection(list(lines), linewidths=widths[rows], colors=colour, capstyle="butt", zorder=2 + order)
+                LineCollection(list(lines), linewidths=widths[rows], colors=colour, capstyle="round", zorder=2 + order)
             )
     return [name for name, (chosen, _) in kinds.items() if chosen.any()]
 

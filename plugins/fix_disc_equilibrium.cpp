@@ -91,16 +91,8 @@ void FixDiscEquilibrium::init()
   if (!pair) error->all(FLERR, "fix disc/equilibrium works with the pair styles of its plugin, such as disc/cohesive");
 }
 
-void FixDiscEquilibrium::setup(int)
-{
-  if (restart_reset) {    // the clocks go on where the checkpoint left them
-    restart_reset = 0;
-    return;
-  }
-  since = -1.0;
-  changed = now();
-  measure();
-}
+/* The clocks go on: through stages, and from a checkpoint. */
+void FixDiscEquilibrium::setup(int) { measure(); }
 
 double FixDiscEquilibrium::now() const
 {
@@ -202,8 +194,8 @@ void FixDiscEquilibrium::measure_grains(const double *virial)
   figure[RATTLERS] = grains - sums[COUNT];
 }
 
-/* Without cohesion the light touch of a rattler comes and goes; what holds the packing carries forces of order F1, and a
-   hundred tolerances is far below that. */
+/* Without cohesion the light touch of a rattler comes and goes; what holds the packing carries forces of order F1, and
+   a hundred tolerances is far below that. */
 void FixDiscEquilibrium::watch_network()
 {
   const double least = pair->range() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;

@@ -20,7 +20,8 @@ namespace LAMMPS_NS
    kinetic energy per grain < e_k F1 a, the latter without the mean drift and without rattlers.  Defaults: e_f = 1e-4,
    e_k = 5e-8, hold = 0.
 
-   Scalar: 1 once every criterion has held at every check for a time `hold`, else 0 (use it in fix halt).
+   Scalar: 1 once every criterion has held at every check for a time `hold`, else 0 (a variable of it ends a
+   run through fix halt).
    Vector: 1 largest net force; 2 largest net moment; 3, 4 stresses; 5 kinetic energy per grain without drift and
    rattlers; 6 raw kinetic energy per grain; 7 rattlers; 8 contacts; 9 distant pairs; 10 time the criteria have held;
    11 largest overlap; 12 largest approach speed of two touching or attracting grains; 13 time since the network, the

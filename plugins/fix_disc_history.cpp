@@ -19,7 +19,7 @@ using namespace LAMMPS_NS;
 using disc::Neighbours;
 using disc::Springs;
 
-FixDiscHistory::FixDiscHistory(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), pair(nullptr)
+FixDiscHistory::FixDiscHistory(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   restart_global = 1;
   restart_peratom = 1;
@@ -47,7 +47,7 @@ int FixDiscHistory::setmask()
 
 void FixDiscHistory::init()
 {
-  pair = force->pair;
+  listed = false;    // what follows (a run, write_restart, write_data) may move grains and ghosts to other places
   if (neighbor->skin <= range)
     error->all(FLERR,
                "neighbor skin {} must exceed the range {} of the attraction (keyword d0), or pairs would be missed: "
@@ -75,17 +75,25 @@ void FixDiscHistory::post_integrate()
   const double *h = held.data();
   const double lo[2] = {domain->boxlo[0], domain->boxlo[1]};
   const int nlocal = atom->nlocal;
-  double largest = 0.0;
+  double largest = 0.0, sum = 0.0;
   for (int i = 0; i < nlocal; i++) {
     const double ux = x[3 * i] - lo[0] - stretch[0] * h[2 * i];
     const double uy = x[3 * i + 1] - lo[1] - stretch[1] * h[2 * i + 1];
-    largest = std::max(largest, ux * ux + uy * uy);
+    const double u2 = ux * ux + uy * uy;
+    largest = std::max(largest, u2);
+    sum += u2;    // remembers a NaN, which a maximum forgets
   }
+  if (!std::isfinite(sum))
+    error->one(
+        FLERR,
+        "the position of a grain is not a number at step {}: centres of two grains coincide, or the step {} is far too "
+        "large",
+        update->ntimestep, dt);
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
 
   const double smallest = std::min({1.0, stretch[0], stretch[1]});
   const double slack = smallest * neighbor->skin - range - 2.0 * (1.0 - smallest) * largest_radius;
-  if (!(2.0 * std::sqrt(largest) < slack)) next_reneighbor = update->ntimestep;    // also true for NaN
+  if (2.0 * std::sqrt(largest) >= slack) next_reneighbor = update->ntimestep;
 }
 
 void FixDiscHistory::hold()
@@ -115,7 +123,11 @@ void FixDiscHistory::pre_exchange()
   listed = false;
 }
 
-void FixDiscHistory::post_run() { pre_exchange(); }
+/* The records stay valid: a run with `pre no` goes on with them. */
+void FixDiscHistory::post_run()
+{
+  if (listed) remember();
+}
 
 void FixDiscHistory::remember()
 {

@@ -52,6 +52,7 @@ public:
   double memory_usage() override;
 
   const disc::Neighbours *find(int i, int j) const;    // nullptr if the pair is not listed
+  bool current() const { return listed; }              // the records belong to the grains and ghosts as they lie now
 
   std::vector<disc::Neighbours> pairs;
   disc::Loss loss;    // of this rank; the pair style adds to it
@@ -70,14 +71,13 @@ private:
   void hold();
   void require_unique_images(double reach) const;
 
-  class Pair *pair;
   std::vector<std::vector<Partner>> partners;    // per atom, ghosts included while remembering
   std::vector<int> first;                        // pairs of local atom i are first[i] .. first[i+1]-1
   std::vector<double> held;                      // positions at the last rebuild, relative to the cell corner
   double held_cell[2] = {1.0, 1.0};
   double last_cell[2] = {0.0, 0.0};
   double largest_radius = 0.0;
-  bool listed = false;    // the records hold newer memory than the partner lists
+  bool listed = false;    // see current(); the partner lists may be older
 };
 
 }    // namespace LAMMPS_NS

@@ -120,6 +120,8 @@ void PairDisc::tally_energy()
 /* Contact output for compute pair/local: reads the records, changes nothing. */
 double PairDisc::single(int i, int j, int, int, double, double, double, double &fforce)
 {
+  if (!history || !history->current())
+    error->one(FLERR, "the contact table is out of date since the last run: use 'run 0' before the output");
   const Neighbours *p = history->find(i, j);
   fforce = 0.0;
   std::fill(svector, svector + COLUMNS, 0.0);

@@ -12,8 +12,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import workflow
 from workflow.archive.dumps import read_series
 
+# children that start elsewhere run the package that is tested here, also from a checkout
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    filter(None, [str(Path(workflow.__file__).parents[1]), os.environ.get("PYTHONPATH")])
+)
 WF = [sys.executable, "-m", "workflow.cli.main"]
 # 25 000 steps, about a second: soft grains and a short proof of rest
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]

@@ -136,7 +136,8 @@ def test_a_run_in_pieces_without_setup_is_the_run(
 ) -> None:
     """`run ... pre no` goes on with the neighbour list and the memory there is: bit by bit."""
     compressed["skin"] = 0.03
-    whole = discs(**compressed).run(STEPS).frame()
+    # `every` sets up its first chunk even so, which evaluates damping at the full step: so does the twin
+    whole = discs(**compressed).command(f"run 10\nrun {STEPS - 10}" if "every" in pieces else f"run {STEPS}").frame()
     parts = discs(**compressed).command(pieces).frame()
     assert np.array_equal(parts.velocity, whole.velocity)
     assert np.array_equal(parts.contacts.stretch, whole.contacts.stretch)

@@ -59,7 +59,7 @@ def test_contact_memory_survives(ranks: Callable[..., Frame], scene: dict[str, A
                                  newton: str, number: int, written: str) -> None:  # fmt: skip
     """Also from two ranks to one and back."""
     checkpoint = tmp_path / "checkpoint"
-    write = f"run 1500\nwrite_restart {checkpoint}" if written == "command" else f"restart 1500 {checkpoint}\nrun 1500"
+    write = f"run 1500\nwrite_restart {checkpoint}\nrun 0" if written == "command" else f"restart 1500 {checkpoint}\nrun 1500"
     before = ranks(number, "run 1500", newton=newton, **scene)
     ranks(number, write, newton=newton, **scene)
     checkpoint = checkpoint if written == "command" else tmp_path / "checkpoint.1500"
@@ -72,9 +72,13 @@ def test_contact_memory_survives(ranks: Callable[..., Frame], scene: dict[str, A
 def test_writing_a_checkpoint_leaves_the_contact_table(
     discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path
 ) -> None:
-    """The command write_restart wraps and reorders grains; what is dumped after it must be the table of before."""
+    """The command write_restart wraps and reorders grains: the table must be made anew, and is the one of before."""
     before = discs(**scene).run(1500).frame()
-    same_memory(discs(**scene).run(1500).command(f"write_restart {tmp_path / 'c'}").frame(), before)
+    after = discs(**scene).run(1500).command(f"write_restart {tmp_path / 'c'}")
+    with pytest.raises(Exception, match="contact table is out of date"):
+        after.frame()
+    again = discs(**scene).run(1500).command(f"write_restart {tmp_path / 'c'}\nrun 0")
+    same_memory(again.frame(), before)
 
 
 def test_a_resumed_run_is_the_run(
@@ -83,7 +87,7 @@ def test_a_resumed_run_is_the_run(
     """Without damping nothing depends on the velocity of half a step before, and the trajectory goes on where it was."""
     scene["law"] = {**LAW, "zeta": 0.0}
     whole = discs(**scene).run(1600).frame()
-    ranks(1, f"run 1000\nwrite_restart {tmp_path / 'c'}", **scene)
+    ranks(1, f"run 1000\nwrite_restart {tmp_path / 'c'}\nrun 0", **scene)
     resumed = ranks(1, "run 600", reader(tmp_path / "c"))
     # rounding of wrapped positions, amplified by some collisions
     np.testing.assert_allclose(resumed.velocity, whole.velocity, rtol=0.0, atol=1e-8)

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+import workflow
 from workflow.engine.environment import engine
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = str(Path(workflow.__file__).parents[1])  # the package that is tested here, installed or not
 SCRIPTS = sorted(path for kind in ("py", "sh") for path in (ROOT / "examples").glob(f"[0-9][0-9]_*/*.{kind}"))
 
 
@@ -41,7 +43,13 @@ def commands(tmp_path: Path) -> str:
 def test_example(script: Path, commands: str, tmp_path: Path) -> None:
     work = tmp_path / "work"
     work.mkdir()
-    environment = {**engine().variables(), "PATH": commands, "WORKFLOW_EXAMPLE_GRAINS": "60", "MPLBACKEND": "Agg"}
+    environment = {
+        **engine().variables(),
+        "PATH": commands,
+        "PYTHONPATH": PACKAGE,
+        "WORKFLOW_EXAMPLE_GRAINS": "60",
+        "MPLBACKEND": "Agg",
+    }
     command = [sys.executable if script.suffix == ".py" else "sh", str(script)]
     before = sorted(script.parent.iterdir())
     done = subprocess.run(command, cwd=work, env=environment, capture_output=True, text=True, timeout=300, check=False)

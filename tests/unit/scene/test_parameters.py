@@ -253,7 +253,7 @@ def test_step_follows_the_stiffness(mu: float) -> None:
 @given(scenes)
 @settings(max_examples=100, deadline=None)
 def test_step_stays_stable(chosen: dict[str, Any]) -> None:
-    """Below a quarter of the period of two smallest discs on one spring, an oscillator solved here: m* = m/2, omega^2 = 2 K_N/m."""
+    """Below a quarter of the period of two smallest discs on a spring: m* = m/2, omega^2 = 2 K_N/m."""
     try:
         scene = scene_from({"scene": "method1", **chosen})
     except InputError:

@@ -75,9 +75,7 @@ class Scene:
         """Input script up to the first run; writes the data file it reads."""
         data.write_text(self._data(), encoding="ascii")
         law = " ".join(f"{name} {value:.17g}" for name, value in self.law.items())
-        return (
-            DECK.format(newton=self.newton, skin=self.skin, data=data, law=law, step=self.step, move=self.move) + WATCH
-        )
+        return DECK.format(newton=self.newton, skin=self.skin, data=data, law=law, step=self.step, move=self.move) + WATCH
 
     def _data(self) -> str:
         count = len(self.diameter)
@@ -85,8 +83,7 @@ class Scene:
         velocity = np.broadcast_to(self.velocity, (count, 2))
         spin = np.broadcast_to(self.spin, (count,))
         atoms = [
-            f"{n} 1 {d:.17g} 1 {x:.17g} {y:.17g} 0"
-            for n, d, (x, y) in zip(ids, self.diameter, self.position, strict=True)
+            f"{n} 1 {d:.17g} 1 {x:.17g} {y:.17g} 0" for n, d, (x, y) in zip(ids, self.diameter, self.position, strict=True)
         ]
         moves = [f"{n} {u:.17g} {v:.17g} 0 0 0 {w:.17g}" for n, (u, v), w in zip(ids, velocity, spin, strict=True)]
         box = [f"0 {self.cell[0]:.17g} xlo xhi", f"0 {self.cell[1]:.17g} ylo yhi", "-0.5 0.5 zlo zhi"]

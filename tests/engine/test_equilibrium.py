@@ -50,9 +50,7 @@ def test_figures_are_those_of_the_frame(
     # sums of 60 terms rounded at 1e-16, and gaps at 1e-15 of overlaps near 1e-3
     np.testing.assert_allclose(vector[[*range(9), 10, 11]], expected, rtol=1e-9, atol=1e-12)
     assert (
-        (law is COHESIVE or expected[6] > 0)
-        and expected[7] > 60
-        and vector[13] == 0.0 == sample.engine.extract_fix("eq", 0, 0)
+        (law is COHESIVE or expected[6] > 0) and expected[7] > 60 and vector[13] == 0.0 == sample.engine.extract_fix("eq", 0, 0)
     )
 
 
@@ -94,9 +92,7 @@ def test_quiet_time_starts_when_a_contact_opens(discs: Callable[..., Any]) -> No
     velocity = np.array([[0.0, 0.0], [0.0, 0.0], [-2.0, 0.0]])
     sample = discs(position=position, diameter=np.ones(3), velocity=velocity, law=law, step=1e-3, first=first).run(490)
     assert sample.vector("eq", 14)[12] == pytest.approx(0.49)
-    sample.command(
-        "variable quiet equal f_eq[13]\nfix stay all halt 10 v_quiet < 0.005 error continue message no\nrun 100"
-    )
+    sample.command("variable quiet equal f_eq[13]\nfix stay all halt 10 v_quiet < 0.005 error continue message no\nrun 100")
     # they touch at 0.5, from 1.001 apart at 2 per time
     assert sample.value("step") == 510
 

@@ -85,9 +85,7 @@ def test_another_pair_style_is_refused(discs: Callable[..., Any]) -> None:
 
 def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:
     """No direction to push in: 0/0 must not spread silently."""
-    sample = discs(
-        position=[[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]], diameter=np.ones(3), law={"kn": 1e3}, step=1e-4, first=""
-    )
+    sample = discs(position=[[1.0, 1.0], [1.0, 1.0], [3.0, 3.0]], diameter=np.ones(3), law={"kn": 1e3}, step=1e-4, first="")
     with pytest.raises(Exception, match="ERROR"):
         sample.run(1000)
 
@@ -95,6 +93,4 @@ def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:
 def test_grains_nearly_on_top_of_each_other_are_pushed_apart(discs: Callable[..., Any]) -> None:
     sample = discs(position=[[1.0, 1.0], [1.0, 1.0 + 1e-9]], diameter=np.ones(2), law={"kn": 1e3}, step=1e-4).run(1000)
     # all of K_N d^2/2 becomes kinetic energy of two masses 1; Verlet with omega dt = 0.004 is exact to its square
-    np.testing.assert_allclose(
-        sample.frame().velocity, [[0.0, -np.sqrt(500.0)], [0.0, np.sqrt(500.0)]], rtol=1e-4, atol=1e-6
-    )
+    np.testing.assert_allclose(sample.frame().velocity, [[0.0, -np.sqrt(500.0)], [0.0, np.sqrt(500.0)]], rtol=1e-4, atol=1e-6)

@@ -50,9 +50,7 @@ def transformed(
 
 
 @pytest.mark.parametrize("change", [{"newton": "off"}, {"skin": 0.02}, {"skin": 0.05}, {"skin": 0.3}], ids=str)
-def test_numerics_that_must_not_matter(
-    discs: Callable[..., Any], compressed: dict[str, Any], change: dict[str, Any]
-) -> None:
+def test_numerics_that_must_not_matter(discs: Callable[..., Any], compressed: dict[str, Any], change: dict[str, Any]) -> None:
     plain = discs(**compressed).run(STEPS)
     same(plain.frame(), discs(**{**compressed, **change}).run(STEPS).frame())
 
@@ -131,9 +129,7 @@ def test_sums_do_not_change_the_trajectory(discs: Callable[..., Any], compressed
 @pytest.mark.parametrize(
     "pieces", ["run 500\nrun 500 pre no\nrun 500 pre no", f"run 10\nrun {STEPS - 10} pre no every 250 NULL"]
 )
-def test_a_run_in_pieces_without_setup_is_the_run(
-    discs: Callable[..., Any], compressed: dict[str, Any], pieces: str
-) -> None:
+def test_a_run_in_pieces_without_setup_is_the_run(discs: Callable[..., Any], compressed: dict[str, Any], pieces: str) -> None:
     """`run ... pre no` goes on with the neighbour list and the memory there is: bit by bit."""
     compressed["skin"] = 0.03
     # `every` sets up its first chunk even so, which evaluates damping at the full step: so does the twin
@@ -143,9 +139,7 @@ def test_a_run_in_pieces_without_setup_is_the_run(
     assert np.array_equal(parts.contacts.stretch, whole.contacts.stretch)
 
 
-def test_checkpoints_do_not_change_the_trajectory(
-    discs: Callable[..., Any], compressed: dict[str, Any], tmp_path: Any
-) -> None:
+def test_checkpoints_do_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any], tmp_path: Any) -> None:
     """LAMMPS rebuilds its list at every checkpoint, which wraps positions and rounds them anew."""
     compressed["skin"] = 0.03
     plain = discs(**compressed).run(STEPS).frame()

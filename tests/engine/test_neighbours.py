@@ -56,9 +56,7 @@ def check_sums(frame: Frame) -> None:
 @pytest.mark.parametrize("newton", ["on", "off"])
 @pytest.mark.parametrize("skin", [0.021, 0.05, 0.3])
 @pytest.mark.parametrize("move", ["", "stress 1e9 1e9 rate 0.5", "stress 1e9 NULL rate 1", "stress -1e9 -1e9 rate 0.5"])
-def test_no_pair_is_missed(
-    discs: Callable[..., Any], gas: Callable[..., Any], move: str, skin: float, newton: str
-) -> None:
+def test_no_pair_is_missed(discs: Callable[..., Any], gas: Callable[..., Any], move: str, skin: float, newton: str) -> None:
     """A dense cohesive gas in a fixed, shrinking or growing cell; the skin barely exceeds D0, or is large."""
     scene = gas(60, 0.45, seed=5, speed=2.0)
     sample = discs(**scene, law=LAW, step=5e-4, skin=skin, move=move, newton=newton)
@@ -67,9 +65,7 @@ def test_no_pair_is_missed(
 
 
 @pytest.mark.parametrize("velocity", [(50.0, 0.0), (0.0, -50.0), (-35.0, 35.0)])
-def test_a_fast_grain_is_not_missed(
-    discs: Callable[..., Any], gas: Callable[..., Any], velocity: tuple[float, float]
-) -> None:
+def test_a_fast_grain_is_not_missed(discs: Callable[..., Any], gas: Callable[..., Any], velocity: tuple[float, float]) -> None:
     """One disc is five hundred times faster than the others, and alone decides about rebuilds."""
     scene = gas(40, 0.4, seed=6, speed=0.1)
     scene["velocity"][7] = velocity

@@ -33,9 +33,7 @@ def test_momentum(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
 
 def angular(frame: Frame) -> float:
     x, v = frame.position, frame.velocity
-    return float(
-        frame.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) + frame.mass * frame.diameter**2 / 8.0 @ frame.spin
-    )
+    return float(frame.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) + frame.mass * frame.diameter**2 / 8.0 @ frame.spin)
 
 
 def test_angular_momentum_changes_by_overlap_times_tangential_force(discs: Callable[..., Any]) -> None:
@@ -61,9 +59,7 @@ def residual(sample: Any, steps: int) -> tuple[float, float]:
 
     def account() -> tuple[float, float]:
         frame, energy, move = sample.frame(), sample.energy(), sample.vector("move", 7)
-        kinetic = (
-            frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.spin**2 / 16.0
-        )
+        kinetic = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.spin**2 / 16.0
         return kinetic + energy.sum() + move[6] - move[4], energy[4:].sum() + move[6]
 
     start = account()
@@ -72,9 +68,7 @@ def residual(sample: Any, steps: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("name", MOVES)
-def test_energy_account_closes_as_the_step_shrinks(
-    discs: Callable[..., Any], gas: Callable[..., Any], name: str
-) -> None:
+def test_energy_account_closes_as_the_step_shrinks(discs: Callable[..., Any], gas: Callable[..., Any], name: str) -> None:
     """kinetic + stored + lost + taken by drag - work of the cell stays what it was."""
     found = []
     for refinement in (1, 4, 16):

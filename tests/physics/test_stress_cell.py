@@ -40,9 +40,7 @@ def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[
     # 900 sums of lengths near 10, each rounded at 1e-15
     np.testing.assert_allclose(frame.cell, LENGTHS * (1.0 - strain), rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(frame.position, spread["position"] * (1.0 - strain), rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(
-        sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15
-    )
+    np.testing.assert_allclose(sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15)
     assert not frame.velocity.any() and not len(frame.contacts)
 
 
@@ -83,9 +81,7 @@ def test_new_targets_start_a_new_stage(discs: Callable[..., Any], spread: dict[s
 
 
 @pytest.mark.parametrize("convention", [-1, 0, 1])
-def test_free_velocities_scale_with_the_cell(
-    discs: Callable[..., Any], spread: dict[str, Any], convention: int
-) -> None:
+def test_free_velocities_scale_with_the_cell(discs: Callable[..., Any], spread: dict[str, Any], convention: int) -> None:
     """m dv/dt = c m (dL/dt/L) v: v ~ L^c along each axis, whatever the cell does; the spin stays."""
     velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
     spread |= {"velocity": velocity, "spin": np.linspace(-1, 1, 12)}

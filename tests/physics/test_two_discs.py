@@ -54,11 +54,7 @@ def test_normal_force_of_g07_eqs_4_and_5(discs: Callable[..., Any]) -> None:
     left = np.column_stack((0.1 + 4.0 * (np.arange(40) % 5), 2.0 * (np.arange(40) // 5)))
     right = left + np.column_stack(((d1 + d2) / 2.0 + gaps, np.zeros(40)))
     law = {"kn": KN, "f0": f0, "d0": d0}
-    table = (
-        discs(position=np.vstack((left, right)), diameter=np.concatenate((d1, d2)), cell=(20, 16), law=law)
-        .frame()
-        .contacts
-    )
+    table = discs(position=np.vstack((left, right)), diameter=np.concatenate((d1, d2)), cell=(20, 16), law=law).frame().contacts
     bound = gaps < d0
     assert table.i.tolist() == np.flatnonzero(bound).tolist() and (table.j == table.i + 40).all()
     # positions up to 20 are rounded at 4e-15, and K_N times that is 4e-10
@@ -155,9 +151,7 @@ def test_rolling_decays_linearly(discs: Callable[..., Any]) -> None:
     duration = (spin[0] - spin[1]) / (torque * np.sum(1.0 / inertia))
     sample.run(int(0.5 * duration / step))
     # the slider yields after mu_r F0/K_r = 1e-4 of relative rotation, which takes 1e-4 time units of 2.2
-    np.testing.assert_allclose(
-        sample.frame().spin, spin + torque * 0.5 * duration * np.array([-1, 1]) / inertia, rtol=1e-3
-    )
+    np.testing.assert_allclose(sample.frame().spin, spin + torque * 0.5 * duration * np.array([-1, 1]) / inertia, rtol=1e-3)
     sample.run(int(duration / step))
     frame = sample.frame()
     # 2e5 equal increments, each rounded the same way at 1e-16

@@ -264,4 +264,5 @@ def read_series(path: PathLike) -> dict[str, Floats]:
         number = next(bad, 2) if back[0] is None else rows[back[0]][0]
         raise ArchiveError(f"{path}, line {number}: expected {len(names)} numbers ({' '.join(names)}) and "
                            "increasing steps; the file is damaged; restore it or run again")  # fmt: skip
-    return {name: table[:, k].copy() for k, name in enumerate(names)}
+    new = np.diff(table[:, 0], prepend=-1.0) > 0  # a stage that ends on a row repeats it as the first of the next
+    return {name: table[new, k] for k, name in enumerate(names)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,6 @@ def action(arguments: argparse.Namespace) -> int:
         print(render(scene), end="")
         return 0
     directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
-    print(f"run it with: cd {directory.path} && lmp -in {DECK}", file=sys.stderr)
+    print(f"run it with: cd {shlex.quote(str(directory.path))} && lmp -in {DECK}", file=sys.stderr)
     print(directory / DECK)
     return 0

@@ -10,7 +10,7 @@ from typing import Any
 from workflow.cli.options import command
 from workflow.cli.run import summary
 from workflow.engine.collect import ARCHIVE, collect, measures_of
-from workflow.engine.rundir import RunDirectory
+from workflow.engine.rundir import FINISHED, RunDirectory
 from workflow.errors import ArchiveError
 
 EXAMPLES = """
@@ -40,10 +40,12 @@ def declare(commands: Any) -> None:
 
 def archived(directory: RunDirectory) -> RunDirectory:
     """The directory with its archive, made now if the deck was run by hand."""
-    if not (directory / ARCHIVE).is_file():
-        if not (directory / "grains.dump").is_file():
+    archive, dump = directory / ARCHIVE, directory / "grains.dump"
+    if not archive.is_file() or (dump.is_file() and dump.stat().st_mtime_ns > archive.stat().st_mtime_ns):
+        if not dump.is_file():
             raise ArchiveError(f"'{directory.path}' has no results yet; run its deck, or 'wf resume {directory.path}'")
         collect(directory)
+        directory.record(status=FINISHED, reason=None)
     return directory
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import textwrap
 from dataclasses import fields
 from pathlib import Path
@@ -78,7 +79,7 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
     }
     if arguments.scene in SCENES:
         return scene_from({"scene": arguments.scene, **given})
-    if not (arguments.scene.endswith(".toml") or Path(arguments.scene).exists()):
+    if not (arguments.scene.endswith(".toml") or os.path.exists(arguments.scene)):
         raise InputError(
             f"'{arguments.scene}' is neither a scene nor a file; scenes are: {', '.join(sorted(SCENES))}; "
             "or give the path of a TOML file"

@@ -11,12 +11,11 @@ from workflow.cli.measure import archived
 from workflow.cli.options import command
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import STAGES, RunDirectory
-from workflow.report.figures import force_network, history
 
 EXAMPLES = """
-wf plot runs/method1-130aae48                        forces.png/.svg and history.png/.svg in that directory
-wf plot runs/method1-130aae48 --out figures          elsewhere
-wf plot runs/method1-130aae48 --frame 0 --format png the first frame, PNG only
+wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
+wf plot runs/method1-130aae48 --out figures            elsewhere
+wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
 """
 
 
@@ -31,6 +30,8 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Draw both figures."""
+    from workflow.report.figures import force_network, history  # matplotlib is slow to import
+
     directory = archived(RunDirectory.open(arguments.directory))
     out = arguments.out or directory.path
     out.mkdir(parents=True, exist_ok=True)

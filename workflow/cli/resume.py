@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import command
-from workflow.cli.run import add_run_options, finish
+from workflow.cli.run import add_run_options, check_ranks, finish
 from workflow.engine.rundir import RunDirectory
 
 EXAMPLES = """
@@ -25,4 +25,5 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Continue the run."""
+    check_ranks(arguments)
     return finish(RunDirectory.open(arguments.directory), arguments, resume=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Create the directory and run it."""
+    check_ranks(arguments)
     scene = scene_of(arguments)
     engine()  # a missing plugin or engine is said before anything is written
     directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
@@ -55,13 +57,17 @@ def action(arguments: argparse.Namespace) -> int:
     return finish(directory, arguments, resume=False)
 
 
-def finish(directory: RunDirectory, arguments: argparse.Namespace, *, resume: bool) -> int:
-    """Run or continue, then show the result."""
+def check_ranks(arguments: argparse.Namespace) -> None:
+    """Before anything is written."""
     if arguments.ranks < 1:
         raise InputError(f"--ranks {arguments.ranks} is not allowed: it must be at least 1")
+
+
+def finish(directory: RunDirectory, arguments: argparse.Namespace, *, resume: bool) -> int:
+    """Run or continue, then show the result."""
     status = run(directory, ranks=arguments.ranks, resume=resume)
     if status == INTERRUPTED:
-        print(f"wf: interrupted; continue with 'wf resume {directory.path}'", file=sys.stderr)
+        print(f"wf: interrupted; continue with 'wf resume {shlex.quote(str(directory.path))}'", file=sys.stderr)
         return 130
     show(directory, as_json=arguments.json)
     return 0
@@ -77,7 +83,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     """The measures for people."""
     stress, residual, energy = measures["stress"], measures["energy_residual"], measures["kinetic_energy"]
     unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
-    rumpf, state = measures["rumpf_ratio"], "in" if measures["equilibrated"] else "NOT in"
+    rumpf, state = measures["rumpf_ratio"], {True: "in", False: "NOT in", None: "not judged for"}[measures["equilibrated"]]
     shares = "  ".join(f"x{k} {100 * share:.1f}" for k, share in enumerate(measures["neighbour_shares"]))
     rows = [
         ("solid fraction", f"{measures['solid_fraction']:.4f}"),
@@ -109,7 +115,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
     resolution = f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
     rows.append(("steps", f"{resolution}; largest overlap {numerics['largest_overlap']:.1e} a"))
-    rows.append(("files", f"{directory.path}  ('wf plot {directory.path}' draws it)"))
+    rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
 

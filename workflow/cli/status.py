@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shlex
 from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import command
 from workflow.engine.rundir import INTERRUPTED, RUNNING, RunDirectory
 from workflow.engine.watch import describe
-from workflow.errors import InputError
+from workflow.errors import ArchiveError, InputError
 
 EXAMPLES = """
 wf status                    every run below runs/
@@ -32,7 +33,7 @@ def action(arguments: argparse.Namespace) -> int:
     paths = arguments.directories or sorted(path.parent for path in Path("runs").glob("*/run.json"))
     if not paths:
         raise InputError("no run directories below 'runs'; give some, or start one with 'wf run'")
-    rows = [standing(RunDirectory.open(path)) for path in paths]
+    rows = [_row(path) for path in paths]
     if arguments.json:
         print(json.dumps(rows, indent=1))
     else:
@@ -42,12 +43,21 @@ def action(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _row(path: Path) -> dict[str, Any]:
+    """A damaged directory is a row that says so, not the end of the list."""
+    directory = RunDirectory.open(path)
+    try:
+        return standing(directory)
+    except ArchiveError as fault:
+        return {"directory": str(path), "status": "damaged", "progress": None, "reason": str(fault), "seconds": None}
+
+
 def standing(directory: RunDirectory) -> dict[str, Any]:
     """Status, progress and reason of failure of one run."""
     state = directory.state
     status, reason = state["status"], state.get("reason")
     if status == RUNNING and not _alive(state.get("pid")):
-        status, reason = INTERRUPTED, f"  it was killed; continue with 'wf resume {directory.path}'"
+        status, reason = INTERRUPTED, f"  it was killed; continue with 'wf resume {shlex.quote(str(directory.path))}'"
     series = directory.series()
     return {
         "directory": str(directory.path),

@@ -16,7 +16,7 @@ from workflow.scene.presets import Scene
 
 DECK = "deck.in"
 DATA = "grains.data"
-LEFT_TO_THE_COMMAND_LINE = {"restart", "stage"}  # where to start: defaults mean from the beginning
+LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 

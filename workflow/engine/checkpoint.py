@@ -10,7 +10,9 @@ from workflow.archive.dumps import read_blocks
 from workflow.archive.write import replacing
 
 _MAGIC = b"LammpS RestartT\0"
-_VERSION, _SMALLINT, _IMAGEINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(7)
+# record flags at the head of a restart file
+_VERSION, _SMALLINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(6)
+_IMAGEINT = 48
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
@@ -20,7 +21,7 @@ from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.rundir import STAGES, RunDirectory
-from workflow.errors import WorkflowError
+from workflow.errors import ArchiveError, WorkflowError
 from workflow.scene.presets import Scene
 
 ARCHIVE, MEASURES = "run.h5", "measures.json"
@@ -38,11 +39,24 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
         "relaxation": f"drag {scene.drag} in stage settle" if scene.drag else "none",
     }  # fmt: skip
+    _require_space(directory)
     frames = read_frames(directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **STAGES})
     write_archive(directory / ARCHIVE, frames, series, provenance)
     measures = measures_of(directory)
     directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
     return measures
+
+
+def _require_space(directory: RunDirectory) -> None:
+    """The archive is smaller than the dumps; HDF5 must not run into a full disk, which it does not survive."""
+    needed = sum((directory / name).stat().st_size for name in ("grains.dump", "contacts.dump") if (directory / name).is_file())
+    free = shutil.disk_usage(directory.path).free
+    if free < needed + 1_000_000:
+        raise ArchiveError(
+            f"'{directory / ARCHIVE}' is not written: No space left on device "
+            f"({free / 1e6:.1f} MB free, {needed / 1e6 + 1:.1f} MB needed); "
+            f"make room, then 'wf measure {directory.path}'"
+        )
 
 
 def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | None = None) -> dict[str, Any]:
@@ -54,6 +68,7 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     result = directory.result()
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
+        last = chosen.step == archive.frame(-1).step
         stages = {stage: archive.frame(k) for k, stage in enumerate(archive.stages)}
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
@@ -63,7 +78,7 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
         residual = {"value": value, "relative": value / scale if scale else 0.0}
     numbers = measure(
         chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(scene.pressure, scene.pressure),
-        equilibrated=bool(result.get("equilibrated")),
+        equilibrated=bool(result.get("equilibrated")) if last else None,
     )  # fmt: skip
     numbers["energy_residual"] = residual
     numbers["energy"] = _energy(chosen, scene)

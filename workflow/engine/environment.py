@@ -105,7 +105,8 @@ def built_for(plugin: Path) -> list[str]:
     if start < 0:
         return ["unknown", "unknown", "MPICH", "unknown"]
     start += len(marker)
-    return content[start : content.index(b"\0", start)].decode("ascii", "replace").split()
+    words = content[start : start + 200].split(b"\0")[0].decode("ascii", "replace").split()
+    return (words + ["unknown"] * 4)[:4]
 
 
 def load() -> tuple[type, Engine]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -15,7 +17,7 @@ from workflow.engine.collect import collect
 from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.engine.watch import Progress
-from workflow.errors import EngineError, InputError
+from workflow.errors import EngineError, InputError, WorkflowError
 
 POLL = 0.25  # seconds between looks at a running child
 PATIENCE = 60.0  # seconds a child may take to write its checkpoint after it was asked to stop
@@ -39,7 +41,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
             child = subprocess.Popen(
                 command, cwd=directory.path, env=environment.variables(), stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True,
+                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=_die_with_parent,
             )  # fmt: skip
             interrupted = _watch(child, directory, progress.show)
             errors.seek(0)
@@ -53,7 +55,11 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
             raise EngineError(f"the engine stopped in '{directory.path}': {reason}")
         status = INTERRUPTED if interrupted or result["stopped"] else FINISHED
         (directory / "stop").unlink(missing_ok=True)
-        collect(directory)
+        try:
+            collect(directory)
+        except WorkflowError as fault:
+            directory.record(status=FAILED, finished=timestamp(), seconds=seconds, reason=str(fault))
+            raise
         directory.record(status=status, finished=timestamp(), seconds=seconds, result=result)
     return status
 
@@ -71,7 +77,7 @@ def _start(directory: RunDirectory, resume: bool) -> list[str]:
         cut_back(directory.path, -1)
         return []
     cut_back(directory.path, checkpoint.step)
-    return ["restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
+    return ["resume", "yes", "restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
 
 
 def _forget_result(directory: RunDirectory) -> None:
@@ -99,6 +105,11 @@ def _watch(child: subprocess.Popen[bytes], directory: RunDirectory, show: Callab
             child.terminate()
             deadline = float("inf")
     return interrupted
+
+
+def _die_with_parent() -> None:
+    """In the child, before it becomes the engine: end when wf is killed, so that no engine runs on unwatched."""
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
 def _reason(status: int, words: str) -> str:

@@ -58,18 +58,25 @@ class RunDirectory:
                 f"'wf resume {shlex.quote(str(path))}'"
             )
         deck, discs = render(scene), scene.discs()
-        run = cls(path)
+        run, existed = cls(path), path.exists()
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as fault:
             raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
-        run.write_text(DATA, data_file(discs))
-        run.write_text(DECK, deck)
-        run.write_text("scene.toml", to_toml(scene))
-        run.record(
-            status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
-            hashes={name: run.hash(name) for name in (DECK, DATA)}, command=shlex.join(["wf", *sys.argv[1:]]),
-        )  # fmt: skip
+        try:
+            run.write_text(DATA, data_file(discs))
+            run.write_text(DECK, deck)
+            run.write_text("scene.toml", to_toml(scene))
+            run.record(
+                status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
+                hashes={name: run.hash(name) for name in (DECK, DATA)}, command=shlex.join(["wf", *sys.argv[1:]]),
+            )  # fmt: skip
+        except BaseException:
+            for file in path.iterdir():
+                file.unlink()
+            if not existed:
+                path.rmdir()
+            raise
         return run
 
     def write_text(self, name: str, text: str) -> None:
@@ -90,7 +97,7 @@ class RunDirectory:
             raise ArchiveError(
                 f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again"
             ) from fault
-        if not isinstance(state, dict):
+        if not isinstance(state, dict) or not {"status", "scene", "digest", "versions"} <= set(state):
             raise ArchiveError(f"'{self / 'run.json'}' holds no record; the directory is damaged, run again")
         return state
 
@@ -127,8 +134,11 @@ class RunDirectory:
         """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""
         log = self / "log.lammps"
         lines = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
-        found = [line.split()[1:] for line in lines if line.startswith("RESULT ")]
-        return {name: float(value) for name, value in zip(found[-1][::2], found[-1][1::2], strict=True)} if found else {}
+        words = next((line.split()[1:] for line in reversed(lines) if line.startswith("RESULT ")), [])
+        try:
+            return {name: float(value) for name, value in zip(words[::2], words[1::2], strict=True)}
+        except ValueError:  # the line was cut off
+            return {}
 
 
 def default_directory(scene: Scene) -> Path:

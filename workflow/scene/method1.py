@@ -14,6 +14,8 @@ from workflow.errors import InputError
 from workflow.scene.grains import Discs, diameters, place
 from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Step, choose_step
 
+MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
+ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
 DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
 
 
@@ -31,7 +33,7 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
                 f"step = {self.step_choice.step:g} is not allowed: with "
                 f"{self.step_choice.period / self.step_choice.step:.2g} "
                 f"steps per stiffest period {self.step_choice.period:.3g} the integration is unstable; use at most "
-                f"{0.25 * self.step_choice.period:.2g}, or leave it out"
+                f"{0.2 * self.step_choice.period:.2g}, or leave it out"
             )
         if self.neighbour_skin <= self.law_in_units.d0:
             raise InputError(
@@ -98,6 +100,15 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
         return max(50.0 * contact, 10.0 * cell)
 
     @property
+    def berendsen_modulus(self) -> float:
+        """Modulus B (with a period of 1 T0) in dL/dt / L = -(S - sigma)/(3 B), as LAMMPS scales the lengths.
+
+        P/(3 B) is the rate of an empty cell; B >= K_N step/2 keeps a packing of bulk modulus below K_N stable, since the
+        stress error shrinks by at most K_N step/(3 B) <= 2/3 per step.
+        """
+        return max(self.pressure / (3.0 * self.berendsen_rate), 0.5 * self.law_in_units.kn * self.step_choice.step)
+
+    @property
     def digest(self) -> str:
         """Hash of the resolved scene, the run's identity."""
         text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
@@ -118,19 +129,23 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
         step = self.step_choice.step
         law = self.law_in_units
         check = max(1, round(0.02 / step))
-        series = check * max(1, round(self.series_interval / (check * step)))
+
+        def every(time: float) -> int:
+            """Steps in ``time``, a multiple of the interval between checks that LAMMPS can count."""
+            return check * min(math.ceil(time / (check * step)), MOST_STEPS // check)
+
         return {
-            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, 1e100), "f0": law.f0, "d0": law.d0,
-            "kr": law.kr, "mur": law.mur,
+            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
+            "kr": law.kr, "mur": min(law.mur, ENDLESS),
             "stress": self.pressure, "force_unit": self.force_unit, "barostat": self.barostat,
             "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "convention": self.convention,
-            "berendsen_period": self.berendsen_period,
+            "berendsen_modulus": self.berendsen_modulus,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
             "hold": self.hold_time, "quiet": 2.0 * self.hold_time, "drag": self.drag,
             "step": step, "skin": self.neighbour_skin, "start_energy": 0.0, "account": "yes" if self.account else "no",
-            "max_steps": math.ceil(self.max_time / step), "check_every": check, "series_every": series,
-            "frame_every": series * math.ceil(self.frame_interval / (series * step)),
-            "checkpoint_every": max(1, round(self.checkpoint_interval / step)),
+            "max_steps": every(self.max_time), "check_every": check, "series_every": every(self.series_interval),
+            "frame_every": every(self.frame_interval) if self.frame_interval else 0,
+            "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
 
     def left_out(self) -> list[str]:

@@ -19,7 +19,7 @@ class Grains(Parameters):
     """How many discs, of what sizes, and where they start."""
 
     n: int = quantity(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
-    phi0: float = quantity(0.36, float, "initial solid fraction", symbol="Phi_I", above=0.0, high=0.6, source="G07 table II")
+    phi0: float = quantity(0.36, float, "initial solid fraction", symbol="Phi_I", low=1e-3, high=0.6, source="G07 table II")
     smallest: float = quantity(
         0.5, float, "smallest diameter; sizes are uniform in [smallest, 1]", unit="a", low=0.01, high=1.0,
         source="G07 sec. II A",
@@ -109,12 +109,16 @@ class Cell(Parameters):
         "cap on the strain rate, 0 for none",
         unit="1/T0",
         low=0.0,
+        high=1e9,
         source="G07 sec. III B: 0.05 in method 2",
     )
     convention: int = quantity(
         0, int, "c in m dv/dt = F + c m (dL/dt/L) v: 0 decided here, 1: L s'' = F/m, -1: Hamiltonian", low=-1, high=1
     )
-    berendsen_period: float = quantity(1.0, float, "relaxation time of the berendsen barostat", unit="T0", above=0.0)
+    berendsen_rate: float = quantity(
+        0.05, float, "strain rate of an empty cell under the berendsen barostat, lowered where a stiff packing needs it",
+        unit="1/T0", above=0.0, high=10.0,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,13 +134,13 @@ class Equilibrium(Parameters):
     )
     hold: float | None = quantity(
         None, float, "time the criteria must hold, default 50 contact periods and 10 cell oscillations", unit="T0",
-        low=0.0, automatic=True,
+        low=0.0, high=1e9, automatic=True,
     )  # fmt: skip
     drag: float = quantity(
         1.0, float, "drag of the settling stage, which starts once the force-carrying network is calm; 0: no such stage",
         unit="1/T0", low=0.0, high=100.0,
     )  # fmt: skip
-    max_time: float = quantity(500.0, float, "longest time of each stage", unit="T0", above=0.0)
+    max_time: float = quantity(500.0, float, "longest time of each stage", unit="T0", above=0.0, high=1e9)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +148,7 @@ class Numerics(Parameters):
     """Step, neighbour list, energy account and output."""
 
     step: float | None = quantity(
-        None, float, "time step, default from the stiffest period and the tail", unit="T0", above=0.0, automatic=True
+        None, float, "time step, default from the stiffest period and the tail", unit="T0", low=1e-9, high=1.0, automatic=True
     )
     steps_per_period: float = quantity(28.0, float, "steps per stiffest period", low=4.0, high=1e4)
     skin: float | None = quantity(
@@ -152,9 +156,11 @@ class Numerics(Parameters):
         automatic=True,
     )  # fmt: skip
     account: bool = quantity(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
-    frame_interval: float = quantity(0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0)
-    series_interval: float = quantity(0.2, float, "time between rows of the time series", unit="T0", above=0.0)
-    checkpoint_interval: float = quantity(5.0, float, "time between checkpoints", unit="T0", above=0.0)
+    frame_interval: float = quantity(
+        0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0, high=1e9
+    )
+    series_interval: float = quantity(0.2, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
+    checkpoint_interval: float = quantity(5.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
@@ -57,7 +58,7 @@ class Quantity:
         converted = self._convert(value)
         if converted is None or not self._inside(converted):
             unit = f" [{self.unit}]" if self.unit else ""
-            raise InputError(f"{name} = {value!r} is not allowed: it must be {self.allowed}{unit} ({self.meaning})")
+            raise InputError(f"{name} = {reprlib.repr(value)} is not allowed: it must be {self.allowed}{unit} ({self.meaning})")
         return converted
 
     def _convert(self, value: Any) -> Any:
@@ -66,8 +67,11 @@ class Quantity:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             return None
         if self.kind is int:
-            return int(value) if float(value).is_integer() else None
-        return float(value)
+            return int(value) if isinstance(value, int) or value.is_integer() else None
+        try:
+            return float(value)
+        except OverflowError:  # a whole number of hundreds of digits
+            return None
 
     def _inside(self, value: Any) -> bool:
         if self.choices:

@@ -77,7 +77,7 @@ def test_every_variable_of_the_scene_appears_with_its_value() -> None:
         assert shown[name] == value if isinstance(value, str) else float(shown[name]) == value, name
     assert shown["data"] == "grains.data"
     assert (shown["restart"], shown["stage"]) == ("none", "1")
-    assert set(shown) == {*scene.variables(), "data", "restart", "stage"}
+    assert set(shown) == {*scene.variables(), "data", "resume", "restart", "stage"}
 
 
 def test_rest_of_the_deck_is_the_template() -> None:

@@ -39,7 +39,7 @@ RANGES: dict[str, tuple[list[Any], list[Any]]] = {
     "cell_mass": ([1e-3, 0.3, 1e4], [0, -1, 1.1e4, NAN]),
     "rate_cap": ([0, 0.05, 10], [-0.1, NAN, INF]),
     "convention": ([-1, 0, 1], [-2, 2, 0.5, "0"]),
-    "berendsen_period": ([1e-3, 1, 100], [0, -1, NAN, INF]),
+    "berendsen_rate": ([1e-3, 1, 10], [0, -1, 10.1, NAN, INF]),
     "force_tolerance": ([1e-8, 1e-4, 1], [0, -1, 1.1, NAN]),
     "energy_tolerance": ([1e-12, 5e-8, 1], [0, -1, 1.1, NAN]),
     "hold": ([0, 1, 100, None], [-1, NAN, INF]),

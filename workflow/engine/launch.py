@@ -117,5 +117,7 @@ def _reason(status: int, words: str) -> str:
     lines = [line for line in words.splitlines() if line.strip()]
     if status < 0 and not lines:
         return f"it was killed by signal {-status}; continue with 'wf resume'"
-    error = next((line for line in lines if "ERROR" in line), lines[-1] if lines else "it left no message")
-    return error.replace("Exception: ", "").strip()
+    errors = words.split("ERROR")  # every rank says it, perhaps on one line
+    if len(errors) > 1:
+        return "ERROR" + errors[1].splitlines()[0].rstrip()
+    return lines[-1].strip() if lines else "it left no message"

@@ -69,7 +69,8 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
-        stages = {stage: archive.frame(k) for k, stage in enumerate(archive.stages)}
+        ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
+        settled = [archive.frame(ends[stage]) for stage in STAGES.values()] if set(STAGES.values()) <= set(ends) else None
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
     if row is not None and scene.account and scene.barostat == "inertial":
@@ -82,7 +83,7 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     )  # fmt: skip
     numbers["energy_residual"] = residual
     numbers["energy"] = _energy(chosen, scene)
-    numbers["relaxation"] = _relaxation(stages)
+    numbers["relaxation"] = _relaxation(*settled) if settled else None
     numbers["numerics"] = _numerics(scene, series)
     if network or (network is None and chosen.grains <= NETWORK_GRAINS):
         numbers |= _network(chosen, scene)
@@ -107,11 +108,16 @@ def _network(frame: Frame, scene: Scene) -> dict[str, Any]:
             lambda: rigidity(frame, springs=springs, friction=friction, rolling=rolling, free_cell=True).as_dict()
         ),
         "elastic_moduli": tried(lambda: asdict(elastic_moduli(frame, springs=springs, friction=friction, rolling=rolling))),
-        "force_percolation": tried(lambda: {"threshold": percolation(frame).any, "axis": list(percolation(frame).axis)}),
+        "force_percolation": tried(lambda: _percolation(frame)),
         "force_populations": tried(
             lambda: asdict(force_populations(frame, unit=scene.force_unit, tolerance=scene.force_tolerance))
         ),
     }
+
+
+def _percolation(frame: Frame) -> dict[str, Any]:
+    found = percolation(frame)
+    return {"threshold": found.any, "axis": list(found.axis)}
 
 
 def _energy(frame: Frame, scene: Scene) -> dict[str, float]:
@@ -133,11 +139,8 @@ def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _relaxation(stages: dict[str, Frame]) -> dict[str, Any] | None:
+def _relaxation(before: Frame, after: Frame) -> dict[str, Any]:
     """What the settling stage changed between its first and its last frame: the proof that it moved nothing."""
-    if not {"compress", "settle"} <= set(stages):
-        return None
-    before, after = stages["compress"], stages["settle"]
     pairs = [_touching(frame) for frame in (before, after)]
     return {
         "time": after.time - before.time,

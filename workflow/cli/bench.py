@@ -13,11 +13,13 @@ from workflow.cli.measure import archived
 from workflow.cli.options import command
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
+from workflow.errors import InputError
 from workflow.study.bench import REFERENCE, bench
 
 EXAMPLES = """
-wf bench runs/method1-130aae48                       every case, five rounds
-wf bench runs/method1-130aae48 --rounds 9 --json     more rounds, for programs
+wf run method1 --no-cohesion --out dense     a packing to time on, then:
+wf bench dense                               every case, five rounds
+wf bench dense --rounds 9 --json             more rounds, for programs
 """
 
 
@@ -38,7 +40,12 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Time and print."""
-    directory = archived(RunDirectory.open(arguments.directory))
+    directory = RunDirectory.open(arguments.directory)
+    if directory.scene.cohesion:
+        raise InputError(
+            f"'{directory.path}' is a cohesive packing, which falls apart under LAMMPS's styles; give a run made with --no-cohesion"
+        )
+    archived(directory)
     with Archive(directory / ARCHIVE) as archive:
         frame = archive.frame(-1)
     step = directory.scene.step_choice.step

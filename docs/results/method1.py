@@ -20,7 +20,6 @@ CASES = {
     "cohesive, M = 14 x sum(m)/L": ([*COHESIVE, "--cell-mass", "14.1"], 5),
     "cohesive, M = 3 x sum(m)/L": ([*COHESIVE, "--cell-mass", "3"], 3),
     "cohesionless, M = 14 x sum(m)/L": ([*FREE, "--cell-mass", "14.1"], 3),
-    "cohesionless, berendsen": ([*FREE, "--barostat", "berendsen"], 3),
     "cohesionless, half step": ([*FREE, "--step", HALF], 3),
     "cohesive, half step": ([*COHESIVE, "--step", HALF], 3),
     "cohesionless, mu 0.15": ([*FREE, "--mu", "0.15"], 3),
@@ -31,6 +30,8 @@ CASES = {
     "cohesionless, convention -1": ([*FREE, "--convention", "-1"], 3),
     "cohesive, convention 1": ([*COHESIVE, "--convention", "1"], 3),
     "cohesive, convention -1": ([*COHESIVE, "--convention", "-1"], 3),
+    "200 cohesionless, inertial": ([*FREE, "--n", "200"], 3),
+    "200 cohesionless, berendsen": ([*FREE, "--n", "200", "--barostat", "berendsen", "--max-time", "5000"], 3),
     "cohesionless, no settling": ([*FREE, "--drag", "0", "--max-time", "150"], 2),
     "cohesive, no settling": ([*COHESIVE, "--drag", "0", "--max-time", "150"], 2),
 }

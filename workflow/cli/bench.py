@@ -43,7 +43,8 @@ def action(arguments: argparse.Namespace) -> int:
     directory = RunDirectory.open(arguments.directory)
     if directory.scene.cohesion:
         raise InputError(
-            f"'{directory.path}' is a cohesive packing, which falls apart under LAMMPS's styles; give a run made with --no-cohesion"
+            f"'{directory.path}' is a cohesive packing, which falls apart under LAMMPS's own styles; "
+            "give a run made with --no-cohesion"
         )
     archived(directory)
     with Archive(directory / ARCHIVE) as archive:

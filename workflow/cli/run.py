@@ -51,6 +51,8 @@ def action(arguments: argparse.Namespace) -> int:
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
+    if scene.compression_time > scene.max_time:
+        print(f"the compression alone takes about {scene.compression_time:.0f} T0: raise --max-time", file=sys.stderr)
     left_out = scene.left_out()
     if left_out:
         print(f"left out, not paid for: {', '.join(left_out)}", file=sys.stderr)

@@ -103,10 +103,21 @@ class Method1(Grains, Material, Cell, Equilibrium, Numerics):
     def berendsen_modulus(self) -> float:
         """Modulus B (with a period of 1 T0) in dL/dt / L = -(S - sigma)/(3 B), as LAMMPS scales the lengths.
 
-        P/(3 B) is the rate of an empty cell; B >= K_N step/2 keeps a packing of bulk modulus below K_N stable, since the
-        stress error shrinks by at most K_N step/(3 B) <= 2/3 per step.
+        P/(3 B) is the rate of an empty cell.  A first-order barostat knows no inertia: it must answer more slowly than sound
+        crosses the packing, K_N/(3 B) <= c/L with c = sqrt(K_N/rho), or it feeds the grains with energy for ever.
         """
-        return max(self.pressure / (3.0 * self.berendsen_rate), 0.5 * self.law_in_units.kn * self.step_choice.step)
+        length = math.sqrt(self.n * self.mean_area / 0.8)
+        sound = math.sqrt(self.law_in_units.kn / (0.8 * 4.0 / math.pi))
+        return max(self.pressure / (3.0 * self.berendsen_rate), self.law_in_units.kn * length / (3.0 * sound))
+
+    @property
+    def compression_time(self) -> float:
+        """Time in which the barostat closes the initial gas to a solid fraction of 0.8 [T0]."""
+        strain = 1.0 - math.sqrt(self.phi0 / 0.8)
+        if self.barostat == "berendsen":
+            return 3.0 * self.berendsen_modulus * strain / self.pressure
+        mass = self.cell_mass * self.n * 4.0 / math.pi * self.mean_area / math.sqrt(self.n * self.mean_area / self.phi0)
+        return math.sqrt(2.0 * strain * mass / self.pressure)
 
     @property
     def digest(self) -> str:

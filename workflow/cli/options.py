@@ -27,7 +27,8 @@ def command(commands: Any, name: str, summary: str, examples: str, *, action: An
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """The scene: a name with options, or a TOML file, or a file with options on top."""
-    parser.add_argument("scene", help=f"{', '.join(sorted(SCENES))}, or a TOML file")
+    parser.usage = f"{parser.prog} SCENE [--out DIR] [options]"
+    parser.add_argument("scene", metavar="SCENE", help=f"{', '.join(sorted(SCENES))}, or a TOML file")
     group = parser.add_argument_group("scene parameters (defaults are those of the paper)")
     known: set[str] = set()
     for scene in SCENES.values():
@@ -40,6 +41,8 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 def _add(group: Any, name: str, known: Quantity, default: Any) -> None:
     flag = "--" + name.replace("_", "-")
     notes = [known.meaning]
+    if known.choices:
+        notes.append(f"({known.allowed})")
     if known.unit:
         notes.append(f"[{known.unit}]")
     if default is not None:

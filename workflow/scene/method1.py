@@ -20,7 +20,7 @@ DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell
 
 
 @dataclass(frozen=True, kw_only=True)
-class Method1(Grains, Material, Cell, Equilibrium, Numerics):
+class Method1(Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Scene `method1`; every parameter is a field, every derived number a property."""
 
     name = "method1"

@@ -15,6 +15,7 @@ from wf_process import ENDLESS, SLOW, Running, Wf, alive, kill, record, steps
 
 from workflow.archive.dumps import read_series
 from workflow.archive.read import Archive
+from workflow.cli.main import main
 
 Start = Callable[..., Running]
 
@@ -145,3 +146,14 @@ def test_killed_engine_is_reported(running: Start, wf: Wf) -> None:
     assert "wf resume" in text
     assert record(run.directory)["status"] == "failed"
     assert json.loads(wf("status", "slow", "--json").stdout)[0]["status"] == "failed"
+
+
+def test_measuring_a_killed_run_leaves_it_to_be_resumed(copy: Path) -> None:
+    """Its dumps can be looked at, but only a deck that came to its end is finished."""
+    (copy / "run.h5").unlink()
+    log = (copy / "log.lammps").read_text()
+    (copy / "log.lammps").write_text(log[: log.rindex("RESULT ")])
+    state = json.loads((copy / "run.json").read_text())
+    (copy / "run.json").write_text(json.dumps({**state, "status": "interrupted"}))
+    assert main(["measure", str(copy)]) == 0
+    assert json.loads((copy / "run.json").read_text())["status"] == "interrupted"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from typing import Any
 
 from workflow.cli.options import command
@@ -22,8 +23,6 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Examine and report; status 1 if something is wrong."""
-    import json
-
     report = examine()
     if arguments.json:
         print(json.dumps(report, indent=1))

@@ -45,7 +45,9 @@ def archived(directory: RunDirectory) -> RunDirectory:
         if not dump.is_file():
             raise ArchiveError(f"'{directory.path}' has no results yet; run its deck, or 'wf resume {directory.path}'")
         collect(directory)
-        directory.record(status=FINISHED, reason=None)
+        result = directory.result()
+        if result and not result["stopped"]:  # the deck came to its end; a killed run stays one to resume
+            directory.record(status=FINISHED, reason=None)
     return directory
 
 

@@ -16,7 +16,6 @@
 #include <unistd.h>
 
 using namespace LAMMPS_NS;
-using disc::Neighbours;
 
 FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
@@ -136,17 +135,18 @@ void FixDiscEquilibrium::measure_pairs(double *stress)
   const int nlocal = atom->nlocal;
   double sums[4] = {0.0, 0.0, 0.0, 0.0}, most[2] = {0.0, 0.0};
   carrying.assign(nlocal + atom->nghost, 0.0);
-  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double weight) {
+  const std::vector<disc::Grain> &grains = pair->refreshed_grains();
+  pair->each([&](int i, int j, const PairDisc::Interaction &now, double weight) {
     sums[0] += weight * now.fx() * now.bx;
     sums[1] += weight * now.fy() * now.by;
     sums[now.state == PairDisc::CONTACT ? 2 : 3] += weight;
     if (carries(now)) {
-      carrying[p.i] += 1.0;
-      if (newton || p.j < nlocal) carrying[p.j] += 1.0;
+      carrying[i] += 1.0;
+      if (newton || j < nlocal) carrying[j] += 1.0;
     }
     most[0] = std::max(most[0], -now.gap);
-    const double *vi = atom->v[p.i], *vj = atom->v[p.j];
-    most[1] = std::max(most[1], ((vi[0] - vj[0]) * now.bx + (vi[1] - vj[1]) * now.by) / now.distance);
+    const disc::Grain &a = grains[i], &b = grains[j];
+    most[1] = std::max(most[1], ((a.vx - b.vx) * now.bx + (a.vy - b.vy) * now.by) / now.distance);
   });
   if (newton) comm->reverse_comm(this, 1);
   MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
@@ -201,10 +201,10 @@ void FixDiscEquilibrium::watch_network()
   const double least = pair->range() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
   comm->forward_comm(this, 1);
   uint64_t sum = 0;
-  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double) {
+  pair->each([&](int i, int j, const PairDisc::Interaction &now, double) {
     if (now.state != PairDisc::CONTACT || now.elastic < least) return;
-    if (carrying[p.i] < needed() || carrying[p.j] < needed()) return;
-    const uint64_t a = std::min(atom->tag[p.i], atom->tag[p.j]), b = std::max(atom->tag[p.i], atom->tag[p.j]);
+    if (carrying[i] < needed() || carrying[j] < needed()) return;
+    const uint64_t a = std::min(atom->tag[i], atom->tag[j]), b = std::max(atom->tag[i], atom->tag[j]);
     uint64_t hash = (a << 32 | b) * 0x9E3779B97F4A7C15ull;    // multiplicative hash, mixed once more
     sum += (hash ^ hash >> 29) * 0xBF58476D1CE4E5B9ull;
   });

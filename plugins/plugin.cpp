@@ -5,6 +5,7 @@
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "pair_disc_cohesive.h"
+#include "run_disc.h"
 
 #include <dlfcn.h>
 
@@ -54,6 +55,11 @@ template <class Style> void *create_fix(LAMMPS *lmp, int narg, char **arg)
   return static_cast<Fix *>(new Style(lmp, narg, arg));
 }
 
+template <class Style> void *create_run(LAMMPS *lmp, int narg, char **arg)
+{
+  return static_cast<Integrate *>(new Style(lmp, narg, arg));
+}
+
 /* LAMMPS unloads plugins while styles made from them are still alive; code that stays mapped makes that harmless. */
 void stay_loaded()
 {
@@ -87,4 +93,10 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     plugin.creator.v2 = fix.create;
     (*enlist)(&plugin, lmp);
   }
+
+  plugin.style = "run";
+  plugin.name = "verlet/disc";    // LAMMPS's fixes take any style that is not "verlet..." for respa
+  plugin.info = "velocity Verlet for discs";
+  plugin.creator.v2 = &create_run<RunDisc>;
+  (*enlist)(&plugin, lmp);
 }

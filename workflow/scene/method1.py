@@ -153,7 +153,7 @@ class Method1(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
             "berendsen_modulus": self.berendsen_modulus,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
             "hold": self.hold_time, "quiet": 2.0 * self.hold_time, "drag": self.drag,
-            "step": step, "skin": self.neighbour_skin, "start_energy": 0.0, "account": "yes" if self.account else "no",
+            "step": step, "skin": self.neighbour_skin, "start_energy": 0.0, "scheme": self.scheme, "account": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": check, "series_every": every(self.series_interval),
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "checkpoint_every": every(self.checkpoint_interval),

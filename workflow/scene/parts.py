@@ -155,6 +155,10 @@ class Numerics(Parameters):
         None, float, "neighbour skin, default 0.1 a or twice the range of attraction", unit="a", above=0.0, high=1.0,
         automatic=True,
     )  # fmt: skip
+    scheme: str = quantity(
+        "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
+        choices=("second", "paper"),
+    )  # fmt: skip
     account: bool = quantity(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
     frame_interval: float = quantity(
         0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0, high=1e9

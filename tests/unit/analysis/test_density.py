@@ -13,13 +13,11 @@ from workflow.analysis.density import (
     Scattering,
     autocorrelation,
     average,
-    fit_fractal,
-    fractal_intensity,
-    fractal_slope,
     grid_scattering,
     indicator,
     scattering,
 )
+from workflow.analysis.fractal import fit_fractal, fractal_intensity, fractal_slope
 from workflow.analysis.frame import Contacts, Frame
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 

@@ -21,6 +21,7 @@ from workflow.errors import EnvironmentFault, InputError
 
 _ACCURACY = 1e-9  # of the non-uniform FFT, relative; far below the statistical errors of I(k)
 _DIRECT_LIMIT = 1e11  # multiplications, about a minute on one core
+MESH_NODES = 2e7  # some seconds and 300 MB
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,11 @@ def autocorrelation(frame: Frame, edges: Floats, *, spacing: float) -> Autocorre
     r = np.hypot(*np.meshgrid(x * step[0], y * step[1], indexing="ij")).ravel()
     _, mean_r, mean_c = _bin_means(r, c[np.ix_(x, y)].ravel().astype(np.float64) / size, edges)
     return Autocorrelation(edges, mean_r, mean_c)
+
+
+def mesh_spacing(frame: Frame, length: float) -> float:
+    """The paper's mesh, ``length``/100, or the finest of at most MESH_NODES nodes."""
+    return float(min(max(length / 100.0, np.sqrt(frame.area / MESH_NODES)), frame.cell.min()))
 
 
 def indicator(frame: Frame, spacing: float) -> Bools:

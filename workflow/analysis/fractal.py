@@ -12,6 +12,8 @@ from workflow.analysis.density import Scattering
 from workflow.analysis.frame import Bools, Floats
 from workflow.errors import InputError, WorkflowError
 
+MOST_SPREAD = 1.0  # standard error of d_F or ln xi beyond which a fit says nothing
+
 
 @dataclass(frozen=True)
 class FractalFit:
@@ -41,7 +43,9 @@ class FractalFit:
 
     @property
     def ell(self) -> float:
-        """The length of eq. 27, from plateau = 2 pi Phi ell^(2 - d_F) Gamma(d_F) xi^d_F; meaningless near d_F = 2."""
+        """The length of eq. 27, from plateau = 2 pi Phi ell^(2 - d_F) Gamma(d_F) xi^d_F; NaN for d_F >= 2."""
+        if self.dimension >= 2.0:
+            return float("nan")
         rest = 2 * np.pi * self.solid_fraction * special.gamma(self.dimension) * self.xi**self.dimension
         return float(np.exp(np.log(self.plateau / rest) / (2.0 - self.dimension)))
 
@@ -70,7 +74,7 @@ def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool
 
     ``weighted``: residuals in units of the standard errors over samples, covariance absolute; otherwise relative
     residuals (model/I - 1), covariance scaled by their variance.  Raises InputError for fewer than five shells or
-    missing errors, WorkflowError when the fit does not converge.
+    missing errors, WorkflowError when the fit does not converge or leaves d_F or ln xi open by MOST_SPREAD.
     """
     rows = _window(data, window, 5)
     k, intensity = data.k[rows], data.intensity[rows]
@@ -88,8 +92,12 @@ def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool
             )
     except RuntimeError as error:
         raise WorkflowError(f"fit of eq. 28 in k = {window} did not converge ({error}); change the window") from error
-    if not (np.isfinite(covariance).all() and best[0] > 0):
-        raise WorkflowError(f"fit of eq. 28 in k = {window} does not determine its parameters; widen the window")
+    spread = np.sqrt(np.abs(np.diag(covariance)))  # of d_F, ln xi, ...
+    if not (np.isfinite(covariance).all() and best[0] > 0 and spread[0] < MOST_SPREAD and spread[1] < MOST_SPREAD):
+        raise WorkflowError(
+            f"fit of eq. 28 in k = {window} does not determine its parameters; widen the window "
+            "(a packing without loose regions has no fractal range)"
+        )
     chi2 = float((((model(k, *best) - intensity) / sigma) ** 2).sum() / (len(k) - 4))
     scale = np.array([1.0, np.exp(best[1]), np.exp(best[2]), 1.0])  # from logarithms to the quantities themselves
     dimension, xi, plateau, constant = np.where([False, True, True, False], scale, best).tolist()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import null_space, qr
+from scipy.linalg import inv, null_space, qr
 from scipy.sparse import coo_array, csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -21,7 +21,9 @@ from workflow.analysis.rigidity import (
     length_unit,
 )
 from workflow.analysis.sparse_rank import factorise
+from workflow.errors import InputError, WorkflowError
 
+MOST_MECHANISMS = 5000  # of which a dense product is formed (200 MB)
 CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one of the vector
 
 
@@ -34,6 +36,17 @@ class FloppyModes:
 
     grains: Floats
     cell: Floats
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """``mechanisms`` k - 2; ``grains`` (N,): mean square motion of each grain over all of them (u_1, u_2, theta d).
+
+    The values add up to k - 2; a grain without contacts has 3 - 2/N (2 - 2/N without friction), a rigid backbone none.
+    """
+
+    mechanisms: int
+    grains: Floats
 
 
 @dataclass(frozen=True)
@@ -71,6 +84,37 @@ def floppy_modes(frame: Frame, *, friction: bool = True, rolling: bool = False, 
     cell = modes[:, book.columns - book.cell :] if book.cell else np.zeros((len(modes), 2))
     length = length_unit(frame)
     return FloppyModes(grains / [1.0, 1.0, length], cell / length)
+
+
+def mobility(frame: Frame, *, friction: bool = True, rolling: bool = False) -> Mobility:
+    """How much each grain takes part in the mechanisms of the fixed cell, whatever basis describes them: see `Mobility`.
+
+    The diagonal of the projector B (B^T B)^-1 B^T on the null space B of G, less that on the translations.  Raises
+    InputError for more than MOST_MECHANISMS of them (B^T B is dense), WorkflowError if its trace is not their number.
+    """
+    book = degrees(frame, friction=friction, rolling=rolling)
+    basis = factorise(dimensionless(frame, book), *grain_order(frame, book)).null_space()
+    count = basis.shape[1]
+    if count > MOST_MECHANISMS:
+        raise InputError(
+            f"mobility: {count} mechanisms, at most {MOST_MECHANISMS} fit; leave grains without contacts out (`without_loose`)"
+        )
+    basis = csc_array(basis / np.sqrt((basis**2).sum(axis=0)))
+    share = np.asarray(((basis @ inv((basis.T @ basis).toarray())) * basis.toarray()).sum(axis=1))
+    if not abs(share.sum() - count) < 1e-3:  # a trace of whole projectors; also catches NaN
+        raise WorkflowError(f"mobility: the shares add up to {share.sum():.6g}, not to {count} mechanisms; take another frame")
+    grains = share.reshape(book.grains, book.per_grain).sum(axis=1) - TRANSLATIONS / book.grains
+    return Mobility(count - TRANSLATIONS, np.maximum(grains, 0.0))
+
+
+def without_loose(frame: Frame) -> Frame:
+    """``frame`` without the grains that interact with none: their free motions say nothing about the network."""
+    held = np.zeros(frame.grains, dtype=bool)
+    held[frame.contacts.i] = held[frame.contacts.j] = True
+    row = np.cumsum(held) - 1
+    names = ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")
+    table = replace(frame.contacts, i=row[frame.contacts.i], j=row[frame.contacts.j])
+    return replace(frame, contacts=table, **{name: getattr(frame, name)[held] for name in names})
 
 
 def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, free_cell: bool = False) -> SelfStress:

@@ -221,8 +221,12 @@ def shells(frame: Frame, law: Constants) -> Floats:
 def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
     """Mean I(k) over samples with standard errors, and the fit (weighted with them where there are several samples)."""
     mean = average(samples)
-    window = law.window or (float(np.nanmin(mean.k)), np.pi / law.length)
-    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, window, weighted=len(samples) > 1))}
+    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, fit_window(mean, law), weighted=len(samples) > 1))}
+
+
+def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:
+    """Range of k of the fit: the one that was asked for, else from the smallest k there is to pi/a."""
+    return law.window or (float(np.nanmin(mean.k)), np.pi / law.length)
 
 
 def _fit(mean: Scattering, window: tuple[float, float], *, weighted: bool) -> dict[str, Any]:

@@ -46,10 +46,11 @@ def force_network(
     symbol: str = "F_0",
     tolerance: float = 1e-4,
     threshold: float | None = None,
+    band: float = BAND,
 ) -> None:
     """Draw the discs and the normal forces of ``frame`` to ``path`` (one or several; .png, .svg or .pdf).
 
-    Line width proportional to |N|, BAND a wide for N = ``force_unit`` (F0, or a P without cohesion; ``symbol`` is its
+    Line width proportional to |N|, ``band`` wide for N = ``force_unit`` (F0, or a P without cohesion; ``symbol`` is its
     name in the legend); red compressive, green tensile, blue distant, thin dark for |N| < tolerance force_unit;
     rattlers grey.  With a ``threshold`` [force] as G07 figs. 11, 12, 19-22: blue where the total force is below it, and
     grey the grains that have only such contacts.  The cell is drawn with the periodic images that reach into it.  Raises
@@ -67,14 +68,14 @@ def force_network(
                 grey[frame.contacts.i[rows]] = grey[frame.contacts.j[rows]] = False
         discs(axes, frame, np.where(grey, RATTLER, FILL).tolist(), points)
         size = np.abs(frame.contacts.normal_force) / force_unit
-        seen = bonds(axes, frame, kinds, np.maximum(size * BAND * points, THINNEST * (1 + (threshold is not None))))
+        seen = bonds(axes, frame, kinds, np.maximum(size * band * points, THINNEST * (1 + (threshold is not None))))
         axes.set_title(
             rf"$\Phi$ = {solid_fraction(frame):.4f}   $z$ = {network.z:.3f}   $N$ = {frame.grains}   "
             rf"$t$ = {frame.time:.6g}",
             fontsize=10,
         )
         name = "rattler" if threshold is None else "unstressed grain"
-        below(axes, _legend(seen, symbol, BAND * points, name if grey.any() else None))
+        below(axes, _legend(seen, symbol, band * points, name if grey.any() else None))
         save(figure, path)
 
 
@@ -86,11 +87,11 @@ def below(axes: Axes, handles: Sequence[Line2D]) -> None:
     )  # fmt: skip
 
 
-def sheet(frame: Frame) -> tuple[Figure, Axes, float]:
-    """Figure with the cell as axes, and the points on paper per unit of length."""
+def sheet(frame: Frame, bottom: float = 0.45) -> tuple[Figure, Axes, float]:
+    """Figure with the cell as axes over ``bottom`` inches, and the points on paper per unit of length."""
     inch = LONG_SIDE / float(frame.cell.max())
     width, height = frame.cell * inch
-    margin, top, bottom = 0.15, 0.35, 0.45
+    margin, top = 0.15, 0.35
     # The title and the legend need some width even above a narrow cell.
     total = (max(width, 5.6) + 2 * margin, height + top + bottom)
     figure = Figure(figsize=total)

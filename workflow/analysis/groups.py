@@ -25,7 +25,7 @@ from workflow.analysis.forces import (
 from workflow.analysis.fractal import fit_fractal
 from workflow.analysis.frame import Floats, Frame, Ints
 from workflow.analysis.holes import Holes, grid_holes, holes
-from workflow.analysis.modes import mobility, self_stress
+from workflow.analysis.modes import hyperstatic_clusters, mobility, without_loose
 from workflow.analysis.network import Springs
 from workflow.analysis.pebble import rigid_clusters
 from workflow.analysis.percolation import Clusters, percolation, stressed_clusters
@@ -147,30 +147,28 @@ def moduli_group(frame: Frame, law: Constants) -> dict[str, Any]:
 
 def self_stress_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Hyperstatic clusters of the network in its fixed cell: parts that could hold self-balanced forces."""
-    found = self_stress(frame, **law.resists)
-    inside = found.clusters >= 0
-    pairs = np.bincount(found.clusters[inside])
-    label, table = np.repeat(found.clusters[inside], 2), frame.contacts.select(inside)
-    members = np.unique(np.column_stack((label, np.column_stack((table.i, table.j)).ravel())), axis=0)[:, 0]
-    owner = found.clusters[(abs(found.normal) + abs(found.tangential) + abs(found.moment)).argmax(axis=1)]
+    clusters, states = hyperstatic_clusters(frame, **law.resists)
+    inside = clusters >= 0
+    table = frame.contacts.select(inside)
+    held = np.unique(np.column_stack((np.tile(clusters[inside], 2), np.concatenate((table.i, table.j)))), axis=0)
     return {
-        "states": found.normal.shape[0],
-        "number": len(pairs),
-        "grains": np.bincount(members, minlength=len(pairs)),
-        "interactions": pairs,
-        "hyperstaticity": np.bincount(owner.ravel(), minlength=len(pairs)),
-    }
+        "states": int(states.sum()), "number": len(states), "hyperstaticity": states,
+        "grains": np.bincount(held[:, 0], minlength=len(states)),
+        "interactions": np.bincount(clusters[inside], minlength=len(states)),
+    }  # fmt: skip
 
 
 def floppy_group(frame: Frame, law: Constants) -> dict[str, Any]:
-    """Mechanisms of the network in its fixed cell beyond the two translations, and who takes part in them."""
-    found = mobility(frame, **law.resists)
-    loose = np.bincount(np.concatenate((frame.contacts.i, frame.contacts.j)), minlength=frame.grains) == 0
+    """Mechanisms of the network in its fixed cell, beside the translations and the free motions of loose grains (those that
+    touch none), and how many grains take part in them."""
+    held = without_loose(frame)
+    loose = frame.grains - held.grains
+    if not held.grains:
+        return {"mechanisms": 0, "loose_grains": loose, "participating_grains": 0.0}
+    found = mobility(held, **law.resists)
     return {
-        "mechanisms": found.mechanisms,
-        "of_grains_without_contact": int(loose.sum()) * (3 if law.friction > 0 else 2),
-        "participating_grains": _participating(found.grains),
-    }
+        "mechanisms": found.mechanisms, "loose_grains": loose, "participating_grains": _participating(found.grains),
+    }  # fmt: skip
 
 
 def _participating(mobility: Floats) -> float:

@@ -20,11 +20,13 @@ from workflow.analysis.rigidity import (
     incidence_matrix,
     length_unit,
 )
-from workflow.analysis.sparse_rank import factorise
+from workflow.analysis.sparse_rank import Factorisation, factorise
 from workflow.errors import InputError, WorkflowError
 
 MOST_MECHANISMS = 5000  # of which a dense product is formed (200 MB)
-CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one of the vector
+ROWS_AT_ONCE = 2000  # of the dense product with a basis: 80 MB
+CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one
+COMBINATIONS = 4  # random ones that find the rows that carry self-stress; one is enough but for rounding
 
 
 @dataclass(frozen=True)
@@ -93,15 +95,17 @@ def mobility(frame: Frame, *, friction: bool = True, rolling: bool = False) -> M
     InputError for more than MOST_MECHANISMS of them (B^T B is dense), WorkflowError if its trace is not their number.
     """
     book = degrees(frame, friction=friction, rolling=rolling)
-    basis = factorise(dimensionless(frame, book), *grain_order(frame, book)).null_space()
+    basis = csr_array(factorise(dimensionless(frame, book), *grain_order(frame, book)).null_space())
     count = basis.shape[1]
     if count > MOST_MECHANISMS:
         raise InputError(
             f"mobility: {count} mechanisms, at most {MOST_MECHANISMS} fit; leave grains without contacts out (`without_loose`)"
         )
-    basis = csc_array(basis / np.sqrt((basis**2).sum(axis=0)))
-    share = np.asarray(((basis @ inv((basis.T @ basis).toarray())) * basis.toarray()).sum(axis=1))
-    if not abs(share.sum() - count) < 1e-3:  # a trace of whole projectors; also catches NaN
+    basis = csr_array(basis / np.sqrt((basis**2).sum(axis=0)))
+    inverse = inv((basis.T @ basis).toarray())
+    rows = (basis[first : first + ROWS_AT_ONCE] for first in range(0, book.columns, ROWS_AT_ONCE))
+    share = np.concatenate([np.asarray(part.multiply(part @ inverse).sum(axis=1)).ravel() for part in rows])
+    if not abs(share.sum() - count) < 1e-3:  # the trace of a projector; also catches NaN
         raise WorkflowError(f"mobility: the shares add up to {share.sum():.6g}, not to {count} mechanisms; take another frame")
     grains = share.reshape(book.grains, book.per_grain).sum(axis=1) - TRANSLATIONS / book.grains
     return Mobility(count - TRANSLATIONS, np.maximum(grains, 0.0))
@@ -130,7 +134,22 @@ def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, f
         here = kinds[basis.row] == kind
         parts.append(csr_array((basis.data[here], (basis.col[here], owners[basis.row[here]])), shape=shape))
     normal, tangential, moment = parts
-    return SelfStress(normal, tangential, moment * length_unit(frame), _clusters(frame, owners, basis))
+    carrying = _carrying(owners, forces, cell_coupling(forces, matrix, book))
+    return SelfStress(normal, tangential, moment * length_unit(frame), _clusters(frame, carrying))
+
+
+def hyperstatic_clusters(frame: Frame, *, friction: bool = True, rolling: bool = False) -> tuple[Ints, Ints]:
+    """``clusters`` as in `SelfStress` (fixed cell) and the degree of hyperstaticity of each, without a basis.
+
+    Memory as for the counts alone, where a basis of a large cluster would fill it: a random combination of all systems of
+    self-balanced forces vanishes only where all of them do.
+    """
+    book = degrees(frame, friction=friction, rolling=rolling)
+    matrix = dimensionless(frame, book)
+    forces = factorise_forces(frame, book, matrix)
+    owners = row_owners(frame, book)
+    clusters = _clusters(frame, _carrying(owners, forces, cell_coupling(forces, matrix, book)))
+    return clusters, np.bincount(clusters[owners[forces.dependent]], minlength=int(clusters.max(initial=-1)) + 1)
 
 
 def _without_stress(basis: csc_array, coupling: Floats) -> csc_array:
@@ -144,11 +163,17 @@ def _without_stress(basis: csc_array, coupling: Floats) -> csc_array:
     return csc_array(basis[:, order[rank:]] - basis[:, order[:rank]] @ csc_array(combine))
 
 
-def _clusters(frame: Frame, owners: Ints, basis: coo_array) -> Ints:
+def _carrying(owners: Ints, forces: Factorisation, coupling: Floats) -> Ints:
+    """Interactions that can carry self-stress, from random combinations of the systems with zero ``coupling``."""
+    weights = np.random.default_rng(0).standard_normal((forces.nullity, COMBINATIONS))
+    if coupling.size:
+        weights -= np.linalg.lstsq(coupling, coupling @ weights, rcond=None)[0]
+    size = np.abs(forces.combine_null_space(weights)).max(axis=1, initial=0.0)
+    return np.unique(owners[size > CARRIES * size.max(initial=0.0)])
+
+
+def _clusters(frame: Frame, carrying: Ints) -> Ints:
     """Number of the connected self-stressed cluster of every interaction, -1 for none, largest first."""
-    largest = np.zeros(basis.shape[1])
-    np.maximum.at(largest, basis.col, np.abs(basis.data))
-    carrying = np.unique(owners[basis.row[np.abs(basis.data) > CARRIES * largest[basis.col]]])
     incidence = incidence_matrix(frame)[carrying]
     count, label = connected_components(incidence @ incidence.T, directed=False)
     by_size = np.argsort(-np.bincount(label, minlength=count), kind="stable")

@@ -102,13 +102,28 @@ class Factorisation:
         values = np.concatenate([np.empty(0), *(v for _, v in known.values())])
         return csc_array((values, (rows, vectors)), shape=(self.columns, self.nullity))
 
+    def combine_null_space(self, weights: Floats) -> Floats:
+        """The basis of ``null_space`` times ``weights`` (nullity, m), (columns, m), without forming the basis."""
+        motion, started = np.zeros((self.columns, weights.shape[1])), 0
+        for front in reversed(self.fronts):
+            motion[front.dead] = weights[started : started + len(front.dead)]
+            started += len(front.dead)
+            known = motion[np.concatenate((front.dead, front.border))]
+            motion[front.live] = -solve_triangular(front.upper, front.rest @ known, check_finite=False)
+        return motion
+
+    @property
+    def dependent(self) -> Ints:
+        """The dependent columns, (nullity,) int64, in the order of the vectors of ``null_space``."""
+        return np.concatenate([front.dead for front in reversed(self.fronts)])
+
     def times_null_space(self, rows: Floats) -> Floats:
         """``rows`` (m, columns) times the basis of ``null_space``, (m, nullity), without forming the basis."""
         remainder = np.array(rows, dtype=float)
         for front in self.fronts:
             share = solve_triangular(front.upper, remainder[:, front.live].T, trans=1, check_finite=False).T
             remainder[:, np.concatenate((front.dead, front.border))] -= share @ front.rest
-        return remainder[:, np.concatenate([front.dead for front in reversed(self.fronts)])]
+        return remainder[:, self.dependent]
 
 
 def dissect(position: Floats, adjacency: csr_array) -> tuple[list[Ints], list[int]]:

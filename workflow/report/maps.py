@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 from scipy.linalg import svd
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -39,11 +40,12 @@ from workflow.report.figures import (
 CLUSTERS = ("#1B3A5C", "#D1702B", "#5A9BD4", "#7A1E48", "#6FB07F", "#B8902F", "#3F7F7F", "#C76D8E")  # dark, light by turns
 SIZES, MOTION = "viridis_r", "Blues"  # light to dark: also in grey
 BELOW = 0.62  # inches for a colour bar and its label
+ENDLESS = "#D0D0D0"  # a hole that percolates
 MOBILE = 1e-2  # mean square motion above which a grain takes part in a mechanism
 
 
 def hole_map(frame: Frame, path: PathLike | Sequence[PathLike], *, length: float = 1.0) -> None:
-    """Holes coloured by their equivalent radius R_H (G07 eq. 29), light to dark; a percolating one, which has none, black."""
+    """Holes coloured by their equivalent radius R_H (G07 eq. 29), light to dark; a percolating one, which has none, grey."""
     with mpl.rc_context(STYLE):
         figure, axes, points = sheet(frame, BELOW)
         found, corners, hole = hole_triangles(frame)
@@ -52,27 +54,26 @@ def hole_map(frame: Frame, path: PathLike | Sequence[PathLike], *, length: float
         inside = hole >= 0
         radius = np.full(len(hole), np.nan)
         radius[inside] = found.radius[hole[inside]]
-        _triangles(axes, frame, corners[inside & ~np.isnan(radius)], colours, radius[inside & ~np.isnan(radius)])
-        endless = corners[inside & np.isnan(radius)]
-        if len(endless):
-            _triangles(axes, frame, endless, Normalize(0.0, 0.5), np.ones(len(endless)))
+        closed = inside & ~np.isnan(radius)
+        _triangles(axes, frame, corners[closed], ScalarMappable(colours, SIZES).to_rgba(radius[closed]))
+        _triangles(axes, frame, corners[inside & np.isnan(radius)], ENDLESS)
         discs(axes, frame, ["white"] * frame.grains, points)
         _bar(figure, axes, ScalarMappable(colours, SIZES), r"equivalent radius $R_H/a$")
         mean = found.weighted_radius
-        what = "percolating hole" if mean is None else rf"$\langle R\rangle_w$ = {mean:.3f}"
-        axes.set_title(rf"{len(found.area)} holes   {what}   $N$ = {frame.grains}", fontsize=10)
+        what = "one percolates (grey)" if mean is None else rf"$\langle R\rangle_w$ = {mean:.3f} $a$"
+        axes.set_title(rf"holes: {len(found.area)}   {what}   $N$ = {frame.grains}", fontsize=10)
         save(figure, path)
 
 
-def _triangles(axes: Axes, frame: Frame, corners: Floats, colours: Normalize, values: Floats) -> None:
+def _triangles(axes: Axes, frame: Frame, corners: Floats, colours: Any) -> None:
+    """Triangles (T, 3, 2) in one colour or in ``colours`` (T, 4), with their images."""
     lower, upper = frame.origin, frame.origin + frame.cell
     for image in product((-1, 0, 1), repeat=2):
         moved = corners + image * frame.cell
         seen = ((moved.max(axis=1) > lower) & (moved.min(axis=1) < upper)).all(axis=1)
-        patch = PolyCollection(list(moved[seen]), array=values[seen], cmap=SIZES, norm=colours, zorder=0.5)
-        patch.set_edgecolor("face")  # closes the hairlines between triangles
-        patch.set_linewidth(0.2)
-        axes.add_collection(patch)
+        fill = colours if isinstance(colours, str) else colours[seen]
+        # the edge in the colour of the face closes the hairlines between triangles
+        axes.add_collection(PolyCollection(list(moved[seen]), facecolors=fill, edgecolors=fill, linewidths=0.6, zorder=0.5))
 
 
 def _bar(figure: Figure, axes: Axes, scale: ScalarMappable, label: str) -> None:
@@ -81,6 +82,7 @@ def _bar(figure: Figure, axes: Axes, scale: ScalarMappable, label: str) -> None:
     height = 0.12 / figure.get_figheight()
     bar = figure.add_axes((place.x0 + 0.2 * place.width, place.y0 - 2.0 * height, 0.6 * place.width, height))
     figure.colorbar(scale, cax=bar, orientation="horizontal")
+    bar.xaxis.set_minor_formatter(NullFormatter())
     bar.set_xlabel(label, fontsize=8, labelpad=1)
     bar.tick_params(labelsize=7, length=2, pad=1)
 

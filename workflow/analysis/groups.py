@@ -67,6 +67,10 @@ class Constants:
         """Force above which a contact counts as stressed: F1 tolerance, or F1/100 with rolling resistance (G07 fig. 19)."""
         return self.force_unit * (1e-2 if self.rolling else self.tolerance)
 
+    def scale(self, frame: Frame) -> float | None:
+        """Unit of the distribution of N: F0; None (the mean) without cohesion, unless nothing presses on anything."""
+        return self.force_unit if self.cohesive or not frame.contacts.elastic.any() else None
+
     @property
     def force_edges(self) -> Floats:
         """Bins of N/F0, or of N/<N> without cohesion."""
@@ -86,7 +90,7 @@ class Group:
 def forces_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Statistics of the interaction forces (G07 sec. IV)."""
     found, corners = percolation(frame), triangles(frame)
-    normals = normal_force_distribution(frame, law.force_edges, unit=law.force_unit if law.cohesive else None)
+    normals = normal_force_distribution(frame, law.force_edges, unit=law.scale(frame))
     return {
         "populations": asdict(force_populations(frame, unit=law.force_unit, tolerance=law.tolerance)),
         "percolation": {"threshold": found.any, "axis": list(found.axis)},

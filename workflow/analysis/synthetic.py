@@ -12,8 +12,8 @@ def ballistic_aggregate(grains: int, rng: np.random.Generator) -> Floats:
     """Centres (n, 2) of an aggregate of touching unit discs, n = ``grains`` a power of two, about the origin.
 
     Ballistic cluster-cluster aggregation: clusters of equal size, turned at random, meet on straight lines with random
-    impact parameters and stick at the first touch, without rearranging.  d_F = 1.55 +- 0.02 in two dimensions (G07
-    refs. 39, 89); loop-free, so z = 2 - 2/n.
+    impact parameters and stick at the first touch, without rearranging.  Loop-free, so z = 2 - 2/n.  Published: d_F =
+    1.55 +- 0.02 in two dimensions (G07 refs. 39, 89); measured here from R_g of 16 to 4096 discs: 1.51 +- 0.02.
     """
     if grains < 1 or grains & (grains - 1):
         raise InputError(f"grains = {grains} is no power of two; give 1, 2, 4, ...")

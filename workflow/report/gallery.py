@@ -56,8 +56,7 @@ def _stressed(samples: Sequence[Sample], paths: Paths) -> None:
 
 def _distribution(samples: Sequence[Sample], paths: Paths) -> None:
     law = samples[0][1]
-    unit = law.force_unit if law.cohesive else None
-    found = [forces.normal_force_distribution(f, law.force_edges, unit=unit) for f, _ in samples]
+    found = [forces.normal_force_distribution(f, law.force_edges, unit=law.scale(f)) for f, _ in samples]
     charts.force_distribution(found, paths, unit="F_0" if law.cohesive else r"\langle N_e\rangle")
 
 

@@ -4,7 +4,8 @@
 
 RUN is the directory of a run of 1400 grains (`wf run method1 --out RUN`); its last frame, repeated 2 x 2, 8 x 9 and
 27 x 27 times with its contacts and forces, is the packing that is measured.  Each measurement is a process of its own on
-one core; memory is its largest resident size, the frame itself included.  "read" measures no group.
+one core; memory is its largest resident size, the frame itself included.  "seconds" passed on the clock, which other
+work on the machine lengthens; "processor_seconds" were spent.  "read" measures no group.
 """
 
 import csv
@@ -33,12 +34,13 @@ def one(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
     with Archive(run / "run.h5") as archive:
         frame = repeat(archive.frame(-1), times)
     law = constants_of(RunDirectory.open(run).scene)
-    start = time.perf_counter()
+    start, work = time.perf_counter(), time.process_time()
     result = measure_groups(frame, law, [name] if name != "read" else [])
-    seconds = time.perf_counter() - start
+    seconds, work = time.perf_counter() - start, time.process_time() - work
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2  # kB to GB
     error = result.get(name, {}).get("error", "")
-    return {"grains": frame.grains, "group": name, "seconds": round(seconds, 2), "peak_GB": round(peak, 2), "error": error}
+    times = {"seconds": round(seconds, 2), "processor_seconds": round(work, 2)}
+    return {"grains": frame.grains, "group": name, **times, "peak_GB": round(peak, 2), "error": error}
 
 
 def measured(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
@@ -48,7 +50,8 @@ def measured(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
     try:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False)
     except subprocess.TimeoutExpired:
-        return {"grains": times[0] * times[1] * 1400, "group": name, "seconds": "", "peak_GB": "", "error": f"> {LIMIT} s"}
+        grains = times[0] * times[1] * 1400
+        return {"grains": grains, "group": name, "seconds": "", "processor_seconds": "", "peak_GB": "", "error": f"> {LIMIT} s"}
     if done.returncode:
         raise SystemExit(done.stderr)
     return json.loads(done.stdout)

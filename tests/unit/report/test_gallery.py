@@ -107,8 +107,8 @@ def test_arrows_of_a_mechanism_are_on_the_grains_that_can_move():
 
 def test_the_intensity_is_drawn_with_its_fit(drawn):
     rng = np.random.default_rng(0)
-    frames = [make_frame(ballistic_aggregate(1024, rng), 0.999, (400.0, 400.0)) for _ in range(4)]
-    PLOTS["scattering"].draw([(frame, replace(LAW, window=(0.02, 1.5))) for frame in frames], ["x.png"])
+    frames = [make_frame(ballistic_aggregate(256, rng), 0.999, (120.0, 120.0)) for _ in range(4)]
+    PLOTS["scattering"].draw([(frame, replace(LAW, window=(0.05, 1.5))) for frame in frames], ["x.png"])
     axes = drawn[0].axes[0]
     assert axes.get_xscale() == axes.get_yscale() == "log"
     label = axes.get_legend_handles_labels()[1]

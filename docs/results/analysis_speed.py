@@ -58,21 +58,24 @@ def measured(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
 
 
 def main(run: Path) -> None:
-    """Every group at every size it is meant for."""
+    """Every group at every size it is meant for; measurements that the table holds already are kept."""
     from workflow.analysis.groups import GROUPS
 
-    rows = []
+    table = Path(__file__).with_suffix(".csv")
+    with open(table, newline="") if table.exists() else open(os.devnull) as file:
+        rows = list(csv.DictReader(file))
+    known = {(int(row["grains"]), row["group"]) for row in rows}
+    machine = {"python": platform.python_version(), "processor": processor(), "date": time.strftime("%Y-%m-%d", time.gmtime())}
     for times in SIZES:
         for name in ("read", *GROUPS):
-            if times == SIZES[-1] and name in DENSE:
+            if (1400 * times[0] * times[1], name) in known or (times == SIZES[-1] and name in DENSE):
                 continue
-            rows.append(measured(run, times, name))
+            rows.append({**measured(run, times, name), **machine})
             print(rows[-1], flush=True)
-    machine = {"python": platform.python_version(), "processor": processor(), "date": time.strftime("%Y-%m-%d", time.gmtime())}
-    with open(Path(__file__).with_suffix(".csv"), "w", newline="") as file:
-        writer = csv.DictWriter(file, [*rows[0], *machine])
-        writer.writeheader()
-        writer.writerows({**row, **machine} for row in rows)
+            with open(table, "w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0])
+                writer.writeheader()
+                writer.writerows(sorted(rows, key=lambda row: int(row["grains"])))
 
 
 def processor() -> str:

@@ -210,5 +210,4 @@ def test_a_loop_with_rolling_resistance_holds_three_systems_as_eq_21_counts():
     """Six discs in a ring: 3 x 6 + H = 3 x 6 + k with k = 3 motions of the whole, so H = 3 (the text of sec. IV says 2)."""
     angle = np.arange(6) * np.pi / 3
     hexagon = joined(np.column_stack((np.cos(angle), np.sin(angle))), 1.0, 50.0, reach=1.001)
-    result = counts(hexagon, rolling=True)
     assert counts(hexagon, rolling=True) == (3, 3)

@@ -263,17 +263,17 @@ def _holes(found: Holes, law: Constants) -> dict[str, Any]:
 
 
 GROUPS: dict[str, Group] = {
-    "forces": Group("force populations, percolation threshold, fabric, distributions of N and angle", "", 10_000, forces_group),
-    "clusters": Group("aggregates, stressed clusters, loops, coordination by grain size", "", 10_000, clusters_group),
-    "rigidity": Group("hyperstaticity H, floppy modes k, stability", "", 10_000, rigidity_group),
-    "elastic_moduli": Group("C11, C22, C12, bulk and shear modulus", "", 10_000, moduli_group),
-    "self_stress": Group("hyperstatic clusters and their sizes", "", 0, self_stress_group),
-    "floppy_modes": Group("mechanisms and the grains that move in them", "", 0, floppy_group),
-    "rigid_clusters": Group("rigid clusters by a (3,3) pebble game", "", 0, rigid_clusters_group),
-    "vibrations": Group("vibration spectrum and participation ratios", "", 0, vibrations_group),
-    "pair_correlation": Group("g(r)", "", 0, pair_group),
-    "density": Group("I(k), fit of d_F and xi (G07 eq. 28), C(r)", "", 0, density_group),
-    "holes": Group("holes exactly and on a mesh, <R>_w", "", 0, holes_group),
+    "forces": Group("force populations, percolation threshold, distributions of N and angle", "0.1, 12", 10_000, forces_group),
+    "clusters": Group("aggregates, stressed clusters, loops, coordination by grain size", "0.1, 3", 10_000, clusters_group),
+    "rigidity": Group("hyperstaticity H, floppy modes k, stability", "1.2, -", 10_000, rigidity_group),
+    "elastic_moduli": Group("C11, C22, C12, bulk and shear modulus", "0.2, -", 10_000, moduli_group),
+    "self_stress": Group("hyperstatic clusters and their sizes", "0.8, -", 0, self_stress_group),
+    "floppy_modes": Group("mechanisms and the grains that move in them", "0.7, -", 0, floppy_group),
+    "rigid_clusters": Group("rigid clusters by a (3,3) pebble game", "0.2, 27", 0, rigid_clusters_group),
+    "vibrations": Group("vibration spectrum and participation ratios", "1.7, -", 0, vibrations_group),
+    "pair_correlation": Group("g(r)", "0.3, 63", 0, pair_group),
+    "density": Group("I(k), fit of d_F and xi (G07 eq. 28), C(r)", "2.9, 49", 0, density_group),
+    "holes": Group("holes exactly and on a mesh, <R>_w", "0.8, 30", 0, holes_group),
 }  # fmt: skip
 
 

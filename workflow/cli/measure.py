@@ -39,7 +39,7 @@ def declare(commands: Any) -> None:
 def _table() -> str:
     """The groups with their cost, under the examples of the help."""
     rows = [f"  {name:17s} {group.cost:16s} {group.meaning}{'' if group.unasked else ' *'}" for name, group in GROUPS.items()]
-    title = f"groups ({'seconds for 5600 grains, for 1 000 000'}; * only when named):"
+    title = "groups (processor seconds for 5600 grains, for 1 000 000; * only when named):"
     return "\n".join(["", title, *rows]) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""wf plot: figures of a run."""
+"""wf plot: figures of a run, of several samples, or of another program's dump."""
 
 from __future__ import annotations
 
@@ -6,50 +6,84 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.read import Archive
-from workflow.cli.measure import archived
 from workflow.cli.options import command
-from workflow.engine.collect import ARCHIVE
+from workflow.cli.sources import add_sources, archived, frame_of
 from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.errors import InputError
 
 EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
 wf plot runs/method1-130aae48 --out figures            elsewhere
 wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
+wf plot packing --figure stressed,cloud,angles         chosen figures; all: every one
+wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
+wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 """
+HISTORY, DEFAULT = "history", ("forces", "history")
+# here and not in the gallery, because the help must not wait for matplotlib
+FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "coordination", "self_stress", "floppy", "vibrations",
+           "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", HISTORY)  # fmt: skip
 
 
 def declare(commands: Any) -> None:
     """Options of `wf plot`."""
-    parser = command(commands, "plot", "draw the force network and the history of a run", EXAMPLES, action=action)
-    parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
+    parser = command(commands, "plot", "draw the force network, the history and other figures", EXAMPLES, action=action)
+    add_sources(parser)
+    parser.add_argument("--figure", metavar="NAMES",
+                        help=f"figures, names with commas, or all (default forces,history): {', '.join(FIGURES)}")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to write (default: the run directory)")
-    parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame of the force network (default: the last)")
     parser.add_argument("--format", nargs="+", choices=("png", "svg"), default=["png", "svg"], help="file formats")
 
 
 def action(arguments: argparse.Namespace) -> int:
-    """Draw both figures."""
-    from workflow.report.figures import force_network, history  # matplotlib is slow to import
+    """Draw the chosen figures and say where they are."""
+    from workflow.report.gallery import PLOTS  # matplotlib is slow to import
 
-    directory = archived(RunDirectory.open(arguments.directory))
-    out = arguments.out or directory.path
+    names = _chosen(arguments)
+    first, several = arguments.source[0], len(arguments.source) > 1
+    alone = [name for name in names if name == HISTORY or not PLOTS[name].several]
+    if several and alone:
+        raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
+    out = arguments.out or (first.parent if first.is_file() else first)
+    samples = [frame_of(source, arguments) for source in arguments.source]
     out.mkdir(parents=True, exist_ok=True)
-    scene = directory.scene
-    names = {stem: [out / f"{stem}.{kind}" for kind in arguments.format] for stem in ("forces", "history")}
-    with Archive(directory / ARCHIVE) as archive:
-        frame, series = archive.frame(arguments.frame), archive.series
-    force_network(
-        frame, names["forces"], force_unit=scene.force_unit, symbol="F_0" if scene.cohesion else "aP",
-        tolerance=scene.force_tolerance,
-    )  # fmt: skip
-    drawn = list(names["forces"])
-    if series:
-        history(
-            series, names["history"], density="solid_fraction", stresses=("stress_x", "stress_y"),
-            unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-            tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
-        )  # fmt: skip
-        drawn += names["history"]
-    print("\n".join(str(path) for path in drawn))
+    for name in names:
+        paths = [out / f"{name}.{kind}" for kind in arguments.format]
+        if name == HISTORY:
+            paths = _history(archived(RunDirectory.open(first)), paths)
+        else:
+            PLOTS[name].draw(samples, paths)
+        for path in paths:
+            print(path)
     return 0
+
+
+def _chosen(arguments: argparse.Namespace) -> list[str]:
+    """Names of the figures; without --figure those that the sources have."""
+    known = [name for name in FIGURES if name != HISTORY or not arguments.source[0].is_file()]
+    if arguments.figure is None:
+        return [name for name in DEFAULT if name in known]
+    names = known if arguments.figure == "all" else arguments.figure.split(",")
+    for name in names:
+        if name not in known:
+            raise InputError(f"--figure {name} is not known; choose from {', '.join(known)}, or all")
+    return list(names)
+
+
+def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
+    """The time series; nothing if the run has none."""
+    from workflow.archive.read import Archive
+    from workflow.engine.collect import ARCHIVE
+    from workflow.report.figures import history
+
+    scene = directory.scene
+    with Archive(directory / ARCHIVE) as archive:
+        series = archive.series
+    if not series:
+        return []
+    history(
+        series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
+        unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
+        tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
+    )  # fmt: skip
+    return paths

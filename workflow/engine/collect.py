@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Sequence
 from typing import Any
 
 from workflow.analysis.contacts import measure, solid_fraction
-from workflow.analysis.elasticity import elastic_moduli
 from workflow.analysis.energy import energies
-from workflow.analysis.forces import force_populations
 from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
-from workflow.analysis.percolation import percolation
-from workflow.analysis.rigidity import rigidity
 from workflow.archive.dumps import read_frames
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.rundir import STAGES, RunDirectory
-from workflow.errors import ArchiveError, WorkflowError
+from workflow.errors import ArchiveError
 from workflow.scene.presets import Scene
 
 ARCHIVE, MEASURES = "run.h5", "measures.json"
-NETWORK_GRAINS = 10_000  # up to which the network is analysed unasked: a second or two
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
@@ -59,10 +54,13 @@ def _require_space(directory: RunDirectory) -> None:
         )
 
 
-def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | None = None) -> dict[str, Any]:
+def measures_of(
+    directory: RunDirectory, frame: int = -1, *, groups: Sequence[str] | None = None, **options: Any
+) -> dict[str, Any]:
     """The measures of a frame of the archive, with the run's own error figures.
 
-    ``network``: analyse rigidity, moduli and percolation too; None: if there are at most NETWORK_GRAINS grains.
+    ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
+    many grains; ``options``: fields of its `Constants`.
     """
     scene, series = directory.scene, directory.series() or {}
     result = directory.result()
@@ -85,39 +83,19 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     numbers["energy"] = _energy(chosen, scene)
     numbers["relaxation"] = _relaxation(*settled) if settled else None
     numbers["numerics"] = _numerics(scene, series)
-    if network or (network is None and chosen.grains <= NETWORK_GRAINS):
-        numbers |= _network(chosen, scene)
+    numbers |= measure_groups(chosen, constants_of(scene, **options), chosen_groups(groups, chosen.grains))
     numbers["time"], numbers["step"] = chosen.time, chosen.step
     return numbers
 
 
-def _network(frame: Frame, scene: Scene) -> dict[str, Any]:
-    """Rigidity and force transmission of the network; a part that cannot be had says why."""
+def constants_of(scene: Scene, **options: Any) -> Constants:
+    """What the groups of measures need to know of a scene."""
     law = scene.law_in_units
     springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
-    friction, rolling = law.mu > 0, law.mur > 0
-
-    def tried(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        try:
-            return part()
-        except WorkflowError as fault:
-            return {"error": str(fault)}
-
-    return {
-        "rigidity": tried(
-            lambda: rigidity(frame, springs=springs, friction=friction, rolling=rolling, free_cell=True).as_dict()
-        ),
-        "elastic_moduli": tried(lambda: asdict(elastic_moduli(frame, springs=springs, friction=friction, rolling=rolling))),
-        "force_percolation": tried(lambda: _percolation(frame)),
-        "force_populations": tried(
-            lambda: asdict(force_populations(frame, unit=scene.force_unit, tolerance=scene.force_tolerance))
-        ),
-    }
-
-
-def _percolation(frame: Frame) -> dict[str, Any]:
-    found = percolation(frame)
-    return {"threshold": found.any, "axis": list(found.axis)}
+    return Constants(
+        springs=springs, friction=law.mu, rolling=law.mur > 0, force_unit=scene.force_unit,
+        tolerance=scene.force_tolerance, cohesive=law.f0 > 0, **options,
+    )  # fmt: skip
 
 
 def _energy(frame: Frame, scene: Scene) -> dict[str, float]:

@@ -10,7 +10,7 @@ from workflow.archive.read import Archive
 from workflow.cli.measure import archived
 from workflow.cli.options import command
 from workflow.engine.collect import ARCHIVE
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.rundir import RunDirectory
 
 EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
@@ -48,7 +48,7 @@ def action(arguments: argparse.Namespace) -> int:
         history(
             series, names["history"], density="solid_fraction", stresses=("stress_x", "stress_y"),
             unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-            tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
+            tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
         )  # fmt: skip
         drawn += names["history"]
     print("\n".join(str(path) for path in drawn))

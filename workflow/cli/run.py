@@ -108,9 +108,9 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     ]
     if residual:
         rows.append(("energy residual", f"{100 * residual['relative']:.2f} % of the energy that went through"))
-    if relaxation:
-        changes = f"contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}"
-        rows.append(("settling", f"{changes}, solid fraction {relaxation['solid_fraction_change']:+.1e}"))
+    for stage, change in (relaxation or {}).items():
+        changes = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}"
+        rows.append((f"drag in {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
     if "hyperstaticity" in measures.get("rigidity", {}):
         network = measures["rigidity"]
         rows.append(("rigidity", f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"))

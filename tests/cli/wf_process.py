@@ -48,9 +48,9 @@ def call(*words: object, cwd: Path, **variables: str) -> subprocess.CompletedPro
 class Running:
     """A `wf` at work in the background, in a process group of its own."""
 
-    def __init__(self, folder: Path, *words: str, stderr: Any = subprocess.PIPE) -> None:
+    def __init__(self, folder: Path, *words: str, stderr: Any = subprocess.PIPE, resume: bool = False) -> None:
         self.directory = folder / "slow"
-        command = [*WF, "run", *words, "--out", "slow"]
+        command = [*WF, "resume", "slow"] if resume else [*WF, "run", *words, "--out", "slow"]
         self.process = subprocess.Popen(
             command, cwd=folder, stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True
         )

@@ -36,9 +36,10 @@ def declare(commands: Any) -> None:
     add_run_options(parser)
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """What run and resume share."""
-    parser.add_argument("--ranks", type=int, default=1, metavar="R", help="MPI ranks (default 1)")
+def add_run_options(parser: argparse.ArgumentParser, ranks: int | None = 1) -> None:
+    """What run and resume share; ``ranks``: default, None for those of the run."""
+    text = "MPI ranks (default 1)" if ranks else "MPI ranks (default: those of the run)"
+    parser.add_argument("--ranks", type=int, default=ranks, metavar="R", help=text)
     parser.add_argument("--json", action="store_true", help="print the measures as JSON")
 
 

@@ -38,7 +38,7 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA)}, "ranks": state.get("ranks", 1),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
-        "relaxation": f"drag {scene.drag} in {', '.join(scene.dragged)}" if scene.drag else "none",
+        "relaxation": scene.relaxation,
     }  # fmt: skip
     _require_space(directory)
     frames = read_frames(

@@ -56,11 +56,11 @@ def describe(series: dict[str, np.ndarray], scene: Scene, seconds: float | None)
     last = {name: float(values[-1]) for name, values in series.items()}
     pressure = 0.5 * (last["stress_x"] + last["stress_y"])
     left = time_left(series, scene, seconds) if seconds is not None else None
-    several = f"  aggregates {last['aggregates']:.0f}, largest {last['largest_aggregate']:.0f}"
+    several = f"  aggregates {last.get('aggregates', 1):.0f}, largest {last.get('largest_aggregate', 1):.0f}"
     return (
         f"{scene.stages.get(int(last['stage']), '?'):9s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
         f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}"
-        + (several if last["aggregates"] > 1 and scene.cohesion else "")
+        + (several if last.get("aggregates", 1) > 1 and scene.cohesion else "")
         + (f"  left {left}" if left else "")
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from workflow.scene.packing import Packing
 
@@ -45,6 +45,8 @@ class Method1(Packing):
         mass = self.cell_mass * self.n * 4.0 / math.pi * self.mean_area / math.sqrt(self.n * self.mean_area / self.phi0)
         return math.sqrt(2.0 * strain * mass / self.pressure)
 
-    def variables(self) -> dict[str, str | int | float]:
+    def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method1.in."""
-        return super().variables() | {"barostat": self.barostat, "berendsen_modulus": self.berendsen_modulus}
+        return super().variables() | {
+            "barostat": self.barostat, "berendsen_modulus": self.berendsen_modulus, "quiet": 2.0 * self.hold_time,
+        }  # fmt: skip

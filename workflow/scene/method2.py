@@ -67,8 +67,12 @@ class Method2(Packing):
         0.05, float, "cap on the strain rate, 0 for none", unit="1/T0", low=0.0, high=1e9, source="G07 sec. III B"
     )
     quiet: float = quantity(
-        20.0, float, "time without a change of contacts after which one aggregate is taken as complete", unit="T0", low=0.0,
-        high=1e9,
+        20.0, float, "time without a change of contacts after which an aggregate, or a loaded packing, is taken as complete",
+        unit="T0", low=0.0, high=1e9,
+    )  # fmt: skip
+    drag: float | None = quantity(  # type: ignore[assignment]
+        None, float, "drag of the stages that wait for equilibrium, default sqrt(kappa/1e5); 0: none", unit="1/T0", low=0.0,
+        high=100.0, automatic=True,
     )  # fmt: skip
     max_time: float = quantity(5000.0, float, "longest time of each stage", unit="T0", above=0.0, high=1e9)
 
@@ -131,6 +135,11 @@ class Method2(Packing):
         still = super().gas
         return replace(still, velocity=maxwell(still.diameter, self.speed, self.random("velocities")))
 
+    def drag_at(self, kn: float) -> float:
+        """As given, or 1/T0 at kappa = 1e5 and lower in proportion to the frequencies of softer contacts: a drag far above
+        the slowest frequency would hold back what it should bring to rest."""
+        return math.sqrt(kn / 1e5) if self.drag is None else self.drag
+
     @property
     def start_energy(self) -> float:
         """Kinetic energy of the gas, in which nothing touches."""
@@ -140,6 +149,7 @@ class Method2(Packing):
         """Values of the variables of the deck method2.in."""
         soft = self.soft_law
         return super().variables() | {
-            "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "stiffer": self.law_in_units.kn / soft.kn,
-            "stiffening": self.stiffening, "gathered": self.quiet,
+            "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
+            "stiffer": self.law_in_units.kn / soft.kn,
+            "stiffening": self.stiffening, "quiet": self.quiet,
         }  # fmt: skip

@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -102,6 +102,16 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         """Skin of the neighbour list [a]."""
         return self.skin if self.skin is not None else max(0.1, 2.0 * self.law_in_units.d0)
 
+    def drag_at(self, kn: float) -> float:
+        """Drag of the stages in ``dragged`` at a stiffness K_N [1/T0]."""
+        return self.drag
+
+    @property
+    def relaxation(self) -> str:
+        """What is done to the packing that the law does not do, for the record."""
+        drags = {self.drag_at(self.law_of(stage).kn) for stage in self.dragged}
+        return f"drag {' and '.join(f'{g:g}' for g in sorted(drags))} in {', '.join(self.dragged)}" if any(drags) else "none"
+
     @property
     def softest(self) -> float:
         """Smallest K_N of any stage."""
@@ -155,7 +165,7 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         check = self.check_interval
         return check * min(math.ceil(time / (check * self.step_choice.step)), MOST_STEPS // check)
 
-    def variables(self) -> dict[str, str | int | float]:
+    def variables(self) -> dict[str, Any]:
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every
         return {
@@ -164,7 +174,7 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
             "stress": self.pressure, "force_unit": self.force_unit,
             "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "convention": self.convention,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
-            "hold": self.hold_time, "quiet": 2.0 * self.hold_time, "drag": self.drag,
+            "hold": self.hold_time, "drag": self.drag_at(law.kn),
             "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
             "account": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),

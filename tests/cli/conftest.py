@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from wf_process import QUICK, Running, Wf, call
+from wf_process import ALL_STAGES, QUICK, Running, Wf, call
 
 
 @pytest.fixture
@@ -34,6 +35,13 @@ def cohesive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished run with everything: cohesion with a wide tail (so that distant pairs occur), friction, rolling."""
     words = ["method1", "--n", "60", "--kappa", "1e3", "--hold", "1", "--pstar", "1", "--d0", "0.05", "--rolling"]
     return _finished(tmp_path_factory.mktemp("cohesive"), *words)
+
+
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """A finished run of method 2 through all its stages, and how long it took; look, do not touch."""
+    begun = time.monotonic()
+    return _finished(tmp_path_factory.mktemp("whole"), *ALL_STAGES), time.monotonic() - begun
 
 
 @pytest.fixture

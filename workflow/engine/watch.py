@@ -55,12 +55,13 @@ def describe(series: dict[str, np.ndarray], scene: Scene, seconds: float | None)
     """One line: stage, time, solid fraction, pressure, unbalanced force, time left."""
     last = {name: float(values[-1]) for name, values in series.items()}
     pressure = 0.5 * (last["stress_x"] + last["stress_y"])
-    left = time_left(series, scene, seconds) if seconds is not None else None
-    several = f"  aggregates {last.get('aggregates', 1):.0f}, largest {last.get('largest_aggregate', 1):.0f}"
+    parts = 1.0 if not scene.cohesion else last.get("aggregates", 1.0)
+    # how long the last aggregates take to meet cannot be read from forces
+    left = time_left(series, scene, seconds) if seconds is not None and parts <= 1.0 else None
     return (
         f"{scene.stages.get(int(last['stage']), '?'):9s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
         f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}"
-        + (several if last.get("aggregates", 1) > 1 and scene.cohesion else "")
+        + (f"  aggregates {parts:.0f}, largest {last['largest_aggregate']:.0f}" if parts > 1 else "")
         + (f"  left {left}" if left else "")
     )
 

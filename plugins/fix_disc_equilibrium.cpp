@@ -271,7 +271,10 @@ void FixDiscEquilibrium::count_aggregates()
   for (int i = 0; i < atom->nlocal; i++)
     size[static_cast<tagint>(label[i])]++;
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, size.data(), size.size(), MPI_INT, MPI_SUM, world);
-  figure[AGGREGATES] = size.size() - std::count(size.begin(), size.end(), 0);
+  const double count = size.size() - std::count(size.begin(), size.end(), 0);
+  if (parts >= 0.0 && count != parts) changed = now();
+  figure[AGGREGATES] = parts = count;
+  figure[QUIET] = now() - changed;
   figure[LARGEST] = *std::max_element(size.begin(), size.end());
 }
 
@@ -320,11 +323,12 @@ void FixDiscEquilibrium::unpack_reverse_comm(int n, int *list, double *buf)
 void FixDiscEquilibrium::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  const int size = 2 * sizeof(double) + sizeof(network);
+  const int size = 3 * sizeof(double) + sizeof(network);
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(&since, sizeof(since), 1, fp);
   fwrite(&changed, sizeof(changed), 1, fp);
   fwrite(&network, sizeof(network), 1, fp);
+  fwrite(&parts, sizeof(parts), 1, fp);
 }
 
 void FixDiscEquilibrium::restart(char *buf)
@@ -332,4 +336,5 @@ void FixDiscEquilibrium::restart(char *buf)
   memcpy(&since, buf, sizeof(since));
   memcpy(&changed, buf + sizeof(since), sizeof(changed));
   memcpy(&network, buf + sizeof(since) + sizeof(changed), sizeof(network));
+  memcpy(&parts, buf + sizeof(since) + sizeof(changed) + sizeof(network), sizeof(parts));
 }

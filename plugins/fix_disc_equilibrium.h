@@ -26,9 +26,10 @@ namespace LAMMPS_NS
    Vector: 1 largest net force; 2 largest net moment; 3, 4 stresses; 5 kinetic energy per grain without drift and
    rattlers; 6 raw kinetic energy per grain; 7 rattlers; 8 contacts; 9 distant pairs; 10 time the criteria have held;
    11 largest overlap; 12 largest approach speed of two touching or attracting grains; 13 time since the network, the
-   contacts that hold grains which are no rattlers, last changed; 14 is 1 once the stop file exists;
-   15 number of aggregates, 16 grains in the largest (0 unless asked for with `aggregates yes`): sets of grains
-   connected by interactions, contacts or distant pairs, through the periodic cell; a lone grain is one. */
+   contacts that hold grains which are no rattlers (and the number of aggregates, if counted), last changed; 14 is 1
+   once the stop file exists; 15 number of aggregates, 16 grains in the largest (0 unless asked for with `aggregates
+   yes`): sets of grains connected by interactions, contacts or distant pairs, through the periodic cell; a lone grain
+   is one. */
 class FixDiscEquilibrium : public Fix
 {
 public:
@@ -91,6 +92,7 @@ private:
   std::string stop_file;
   std::vector<double> carrying;    // per grain: interactions that carry more than the tolerance
   bool aggregates = false;
+  double parts = -1.0;          // aggregates counted last; a change of their number is a change of the network
   std::vector<double> label;    // per grain: smallest tag known to belong to its aggregate
   bool labelling = false;       // communication carries labels (smallest wins), not `carrying` (summed)
 };

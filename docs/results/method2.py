@@ -21,8 +21,7 @@ RUNS = {
     "A-no-rolling-1": [*PLAIN, "--seed", "1", "--frame-interval", "10"],
     "B-rolling-1": ["--series", "B", *RR, "--seed", "1"],
     "B-no-rolling-1": ["--series", "B", *PLAIN, "--seed", "1"],
-    "large-rolling-slow-1": ["--kappa", "1e4", *RR, "--mur", "0.5", "--v0", "0.95", *UNLOADED, "--seed", "1"],
-    "A-rolling-undamped-1": [*RR, "--seed", "1", "--drag", "0", *UNLOADED, "--max-time", "600"],
+    "large-rolling-slow-1": ["--n", "400", "--kappa", "1e4", *RR, "--mur", "0.5", "--v0", "0.95", *UNLOADED, "--seed", "1"],
     **{
         f"r-{rr[0][2:]}-{drag}": [*SMALL, *rr, "--drag", drag]
         for rr in (RR, PLAIN)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import random
 import shutil
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
-from wf_process import ALL_STAGES, Running, Wf, call, kill, record
+from wf_process import ALL_STAGES, SLOW, Running, Wf, call, kill, record
 
-from workflow.engine.checkpoint import newest
+from workflow.archive.read import Archive
+from workflow.engine.checkpoint import confirmed, newest
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
 Start = Callable[..., Running]
@@ -66,6 +69,27 @@ def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Pat
     assert f"{found.path.name} is damaged" in done.stderr
     assert "continuing from checkpoint" in done.stderr
     assert_same(run.directory, reference)
+
+
+def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:
+    """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
+    disk = small_disk("size=5m")
+    done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")
+    assert done.returncode == 1
+    assert "No space left on device" in done.stderr
+    assert "wf resume disk/new" in done.stderr
+    found = newest(disk / "new")
+    assert found is not None
+    assert confirmed(found.path)
+    assert record(disk / "new")["status"] == "failed"
+    subprocess.run(["mount", "-o", "remount,size=200m", disk], check=True)
+    done = wf("resume", "disk/new")
+    assert done.returncode == 0, done.stderr
+    assert f"continuing from {found.path.name}, step {found.step}" in done.stderr
+    with Archive(disk / "new" / "run.h5") as archive:
+        times = [frame.time for frame in archive.frames]
+    assert np.all(np.diff(times) > 0)
+    assert len(times) > 20
 
 
 def test_last_part_of_a_run_is_reproduced(whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:

@@ -67,3 +67,16 @@ def test_a_snake_through_all_ranks(ranks: Callable[..., Frame], tmp_path: Path) 
 def test_not_asked_for_is_not_computed(discs: Callable[..., Any], sticky: dict[str, Any]) -> None:
     sample = discs(**sticky, first=FIX.replace(" aggregates yes", "") + "run 0")
     assert sample.vector("eq", 16)[14:].tolist() == [0.0, 0.0]
+
+
+def test_joining_by_attraction_alone_counts_as_a_change(discs: Callable[..., Any], tmp_path: Path) -> None:
+    """Two grains come within the range of attraction at t = 0.1: no contact yet, but one aggregate less."""
+    position = np.array([[2.0, 2.0], [3.021, 2.0]])
+    sample = discs(
+        position=position, diameter=np.ones(2), velocity=[[0.01, 0.0], [0.0, 0.0]], law={**LAW, "f0": 1e-9}, step=1e-3,
+        first=FIX.replace("50", "1") + "run 0",
+    )  # fmt: skip
+    sample.run(300)
+    vector = sample.vector("eq", 16)
+    assert (vector[7], vector[8], vector[14]) == (0.0, 1.0, 1.0)
+    assert vector[12] == pytest.approx(0.2, abs=2.1e-3)  # a step or two of the arrival

@@ -188,6 +188,17 @@ void FixDiscHistory::choose_close()
   close.pad();
 }
 
+void FixDiscHistory::rescale(double springs, double viscosity)
+{
+  for (int c = 0; c < close.count; c++) {
+    close.stretch[c] *= springs;
+    close.rotation[c] *= springs;
+    close.eta[c] *= viscosity;
+  }
+  for (Neighbours &p : neighbours)
+    p.eta *= viscosity;
+}
+
 /* d|b|/dt in the middle of the step, as the kernels compute it */
 PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
 {

@@ -95,6 +95,12 @@ bool PairDisc::counted_once(int j) const { return force->newton_pair || j < atom
 
 /* ---- forces ---- */
 
+void PairDisc::choose_close()
+{
+  history->load(0, atom->nlocal + atom->nghost);
+  history->choose_close();
+}
+
 void PairDisc::evaluate()
 {
   history->choose_close();

@@ -53,6 +53,7 @@ public:
     }
   }
 
+  void choose_close();    // lists what may act in this step, before the evaluation does
   /* Forces of the grains in history->grains, ghosts included, into history->actions. */
   void evaluate();
 

@@ -4,6 +4,7 @@
 #include "fix_disc_equilibrium.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
+#include "fix_disc_stiffen.h"
 #include "pair_disc_cohesive.h"
 #include "run_disc.h"
 
@@ -86,6 +87,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       {"disc/history", "neighbours and contact memory of discs", &create_fix<FixDiscHistory>},
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
+      {"disc/stiffen", "slow change of the contact stiffness", &create_fix<FixDiscStiffen>},
   };
   for (const auto &fix : fixes) {
     plugin.name = fix.name;

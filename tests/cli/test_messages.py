@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -237,27 +237,6 @@ def test_frame_that_does_not_exist(frame: int, packing: Path, capsys: pytest.Cap
     for command in ("measure", "plot"):
         assert main([command, str(packing), "--frame", str(frame)]) == 2
         assert f"frame {frame} does not exist" in capsys.readouterr().err
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
-    """Mounts a tmpfs with the given options on `disk`."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mounted: list[Path] = []
-
-    def mount(options: str) -> Path:
-        done = subprocess.run(
-            ["mount", "-t", "tmpfs", "-o", options, "tmpfs", disk], capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            pytest.skip(f"cannot mount a tmpfs here: {done.stderr.strip()}")
-        mounted.append(disk)
-        return disk
-
-    yield mount
-    for folder in mounted:
-        subprocess.run(["umount", folder], check=True)
 
 
 # 4 kB: full while the directory is made.  16 kB: full at the first words of the run.  64 kB: full while the engine

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from workflow.cli.assembling import density, pores
 from workflow.cli.options import command
 from workflow.cli.sources import add_sources, archived, frame_of
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 
 EXAMPLES = """
@@ -17,12 +18,15 @@ wf plot runs/method1-130aae48 --out figures            elsewhere
 wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
 wf plot packing --figure stressed,cloud,angles         chosen figures; all: every one
 wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
+wf plot runs/method1-* runs/method2-* --figure density both methods, solid fraction against time (G07 fig. 4)
+wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 """
 HISTORY, DEFAULT = "history", ("forces", "history")
+OF_RUNS = (HISTORY, "density", "pores")  # need the time series or the stages of run directories
 # here and not in the gallery, because the help must not wait for matplotlib
 FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "coordination", "self_stress", "floppy", "vibrations",
-           "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", HISTORY)  # fmt: skip
+           "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", *OF_RUNS)  # fmt: skip
 
 
 def declare(commands: Any) -> None:
@@ -41,16 +45,19 @@ def action(arguments: argparse.Namespace) -> int:
 
     names = _chosen(arguments)
     first, several = arguments.source[0], len(arguments.source) > 1
-    alone = [name for name in names if name == HISTORY or not PLOTS[name].several]
+    alone = [name for name in names if name == HISTORY or (name not in OF_RUNS and not PLOTS[name].several)]
     if several and alone:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
     out = arguments.out or (first.parent if first.is_file() else first)
-    samples = [frame_of(source, arguments) for source in arguments.source]
+    samples = [frame_of(source, arguments) for source in arguments.source] if set(names) - set(OF_RUNS) else []
+    together = {"density": density, "pores": pores}
     out.mkdir(parents=True, exist_ok=True)
     for name in names:
         paths = [out / f"{name}.{kind}" for kind in arguments.format]
         if name == HISTORY:
             paths = _history(archived(RunDirectory.open(first)), paths)
+        elif name in together:
+            together[name]([RunDirectory.open(source).path for source in arguments.source], paths)
         else:
             PLOTS[name].draw(samples, paths)
         for path in paths:
@@ -60,7 +67,7 @@ def action(arguments: argparse.Namespace) -> int:
 
 def _chosen(arguments: argparse.Namespace) -> list[str]:
     """Names of the figures; without --figure those that the sources have."""
-    known = [name for name in FIGURES if name != HISTORY or not arguments.source[0].is_file()]
+    known = [name for name in FIGURES if name not in OF_RUNS or not arguments.source[0].is_file()]
     if arguments.figure is None:
         return [name for name in DEFAULT if name in known]
     names = known if arguments.figure == "all" else arguments.figure.split(",")
@@ -84,6 +91,6 @@ def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
     history(
         series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
         unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-        tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
+        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
     )  # fmt: skip
     return paths

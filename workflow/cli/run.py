@@ -36,9 +36,10 @@ def declare(commands: Any) -> None:
     add_run_options(parser)
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """What run and resume share."""
-    parser.add_argument("--ranks", type=int, default=1, metavar="R", help="MPI ranks (default 1)")
+def add_run_options(parser: argparse.ArgumentParser, ranks: int | None = 1) -> None:
+    """What run and resume share; ``ranks``: default, None for those of the run."""
+    text = "MPI ranks (default 1)" if ranks else "MPI ranks (default: those of the run)"
+    parser.add_argument("--ranks", type=int, default=ranks, metavar="R", help=text)
     parser.add_argument("--json", action="store_true", help="print the measures as JSON")
 
 
@@ -108,9 +109,9 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     ]
     if residual:
         rows.append(("energy residual", f"{100 * residual['relative']:.2f} % of the energy that went through"))
-    if relaxation:
-        changes = f"contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}"
-        rows.append(("settling", f"{changes}, solid fraction {relaxation['solid_fraction_change']:+.1e}"))
+    for stage, change in (relaxation or {}).items():
+        changes = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}"
+        rows.append((f"drag in {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
     if "hyperstaticity" in measures.get("rigidity", {}):
         network = measures["rigidity"]
         rows.append(("rigidity", f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"))

@@ -69,7 +69,9 @@ def frame_of(source: Path, arguments: argparse.Namespace) -> tuple[Frame, Consta
         return _foreign(source, arguments)
     directory = archived(RunDirectory.open(source))
     with Archive(directory / ARCHIVE) as archive:
-        return archive.frame(arguments.frame), constants_of(directory.scene, **options_of(arguments))
+        frame = archive.frame(arguments.frame)
+    law = directory.scene.law_of(frame.stage)
+    return frame, constants_of(directory.scene, law, **options_of(arguments))
 
 
 def measures_from(source: Path, arguments: argparse.Namespace, groups: Sequence[str] | None) -> dict[str, Any]:

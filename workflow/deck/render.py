@@ -1,8 +1,8 @@
 """Scene -> deck and data file, as text.  Pure functions: no engine, nothing written.
 
 A template of ``lammps_inputs/`` is itself a runnable deck with ``variable NAME index DEFAULT`` lines at the top; rendering
-replaces defaults by the scene's values and nothing else, so what Python runs, what ``lmp -in`` runs and what a cluster job
-runs is the same deck.
+puts the files it includes in their places, replaces defaults by the scene's values and nothing else, so what Python runs,
+what ``lmp -in`` runs and what a cluster job runs is the same deck.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from workflow.scene.presets import Scene
 DECK = "deck.in"
 DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
+_INCLUDE = re.compile(r"^include\s+(common/\S+)$", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 
@@ -31,8 +32,13 @@ def templates() -> Path:
 
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
-    template = (templates() / f"{scene.name}.in").read_text(encoding="utf-8")
-    return fill(template, {**scene.variables(), "data": DATA})
+    return fill(whole(templates() / f"{scene.name}.in"), {**scene.variables(), "data": DATA})
+
+
+def whole(path: Path) -> str:
+    """The template with the files it includes put in their places: a run directory needs no other file."""
+    text = path.read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda match: (path.parent / match[1]).read_text(encoding="utf-8").rstrip("\n"), text)
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:
@@ -64,4 +70,8 @@ def data_file(discs: Discs) -> str:
         f"0 {width!r} xlo xhi\n0 {height!r} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
     )
     rows = zip(discs.diameter.tolist(), discs.position.tolist(), strict=True)
-    return head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))
+    text = head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))
+    if discs.velocity is None:
+        return text
+    moving = enumerate(discs.velocity.tolist(), 1)
+    return text + "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 0\n" for k, (u, v) in moving)

@@ -16,8 +16,9 @@ from workflow.archive.dumps import read_frames
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.rundir import RunDirectory
 from workflow.errors import ArchiveError
+from workflow.scene.parts import Law
 from workflow.scene.presets import Scene
 
 ARCHIVE, MEASURES = "run.h5", "measures.json"
@@ -32,10 +33,12 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA)}, "ranks": state.get("ranks", 1),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
-        "relaxation": f"drag {scene.drag} in stage settle" if scene.drag else "none",
+        "relaxation": scene.relaxation,
     }  # fmt: skip
     _require_space(directory)
-    frames = read_frames(directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **STAGES})
+    frames = read_frames(
+        directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
+    )
     write_archive(directory / ARCHIVE, frames, series, provenance)
     measures = measures_of(directory)
     directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
@@ -68,29 +71,33 @@ def measures_of(
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
         ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
-        settled = [archive.frame(ends[stage]) for stage in STAGES.values()] if set(STAGES.values()) <= set(ends) else None
+        relaxed = {
+            after: _relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
+            for before, after in scene.relaxations
+            if {before, after} <= set(ends)
+        }
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
     if row is not None and scene.account and scene.barostat == "inertial":
         scale = max(abs(float(series[name][row])) for name in ("work", "lost_viscous", "lost_sliding", "lost_rolling"))
         value = float(series["residual"][row])
         residual = {"value": value, "relative": value / scale if scale else 0.0}
+    pressure, law = scene.pressure_of(chosen.stage), scene.law_of(chosen.stage)
     numbers = measure(
-        chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(scene.pressure, scene.pressure),
+        chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(pressure, pressure),
         equilibrated=bool(result.get("equilibrated")) if last else None,
     )  # fmt: skip
     numbers["energy_residual"] = residual
-    numbers["energy"] = _energy(chosen, scene)
-    numbers["relaxation"] = _relaxation(*settled) if settled else None
+    numbers["energy"] = _energy(chosen, law)
+    numbers["relaxation"] = relaxed or None
     numbers["numerics"] = _numerics(scene, series)
-    numbers |= measure_groups(chosen, constants_of(scene, **options), chosen_groups(groups, chosen.grains))
+    numbers |= measure_groups(chosen, constants_of(scene, law, **options), chosen_groups(groups, chosen.grains))
     numbers["time"], numbers["step"] = chosen.time, chosen.step
     return numbers
 
 
-def constants_of(scene: Scene, **options: Any) -> Constants:
-    """What the groups of measures need to know of a scene."""
-    law = scene.law_in_units
+def constants_of(scene: Scene, law: Law, **options: Any) -> Constants:
+    """What the groups of measures need to know of a scene and of the law of the stage."""
     springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
     return Constants(
         springs=springs, friction=law.mu, rolling=law.mur > 0, force_unit=scene.force_unit,
@@ -98,8 +105,7 @@ def constants_of(scene: Scene, **options: Any) -> Constants:
     )  # fmt: skip
 
 
-def _energy(frame: Frame, scene: Scene) -> dict[str, float]:
-    law = scene.law_in_units
+def _energy(frame: Frame, law: Law) -> dict[str, float]:
     return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
 
 
@@ -118,7 +124,7 @@ def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
 
 
 def _relaxation(before: Frame, after: Frame) -> dict[str, Any]:
-    """What the settling stage changed between its first and its last frame: the proof that it moved nothing."""
+    """What a stage with drag changed, between the last frame before it and its own: the proof that it moved nothing."""
     pairs = [_touching(frame) for frame in (before, after)]
     return {
         "time": after.time - before.time,

@@ -11,10 +11,11 @@ import tomli_w
 
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
+from workflow.scene.method2 import Method2
 from workflow.scene.quantity import unknown_name
 
-Scene = Method1
-SCENES: dict[str, type[Scene]] = {Method1.name: Method1}
+Scene = Method1 | Method2
+SCENES: dict[str, type[Scene]] = {Method1.name: Method1, Method2.name: Method2}
 
 
 def scene_from(values: Mapping[str, Any]) -> Scene:

@@ -1,0 +1,91 @@
+"""One run of the deck accuracy.in: the same grains under a contact law, for a time at a step."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workflow.archive.dumps import read_blocks
+from workflow.deck.render import data_file, templates
+from workflow.engine.environment import engine, python_child
+from workflow.errors import EngineError
+from workflow.scene.grains import Discs, Floats
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A way to compute the law: ``law`` and ``scheme`` of the deck; ``cohesion``: it has the attraction."""
+
+    name: str
+    law: str
+    scheme: str = "paper"
+    cohesion: bool = True
+
+
+VARIANTS = (
+    Variant("exact", "disc"),
+    Variant("stock", "stock"),
+    Variant("hooke/history", "hooke", cohesion=False),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Final state (rows in the order of the data), the numbers the deck printed, seconds of the timed loop.
+
+    ``position`` (N, 2) unwrapped, ``velocity`` (N, 2), ``spin`` (N,); ``cell`` (2,).  ``result``: begin, end (energy
+    account), through (energy that went through), kinetic, pxx, pyy.
+    """
+
+    position: Floats
+    velocity: Floats
+    spin: Floats
+    cell: Floats
+    result: dict[str, float]
+    seconds: float
+
+
+def run(discs: Discs, values: dict[str, object], *, velocity: Floats | None = None, spin: Floats | None = None) -> Outcome:
+    """Run the deck on ``discs``, at rest unless ``velocity`` (N, 2) and ``spin`` (N,) are given.
+
+    Raises EngineError with the engine's words if the deck stops.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copy(templates() / "accuracy.in", folder)
+        text = data_file(discs) + ("" if velocity is None else _velocities(velocity, spin))
+        (folder / "grains.data").write_text(text, encoding="ascii")
+        words = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
+        child = subprocess.run(
+            [*python_child(), "accuracy.in", *words],
+            cwd=folder, env=engine().variables(), capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        log = (folder / "log.lammps").read_text(errors="replace") if (folder / "log.lammps").is_file() else ""
+        found = re.findall(r"^RESULT (.*)$", log, re.MULTILINE)
+        if child.returncode != 0 or not found:
+            raise EngineError(child.stderr.strip().splitlines()[-1] if child.stderr.strip() else "the engine left no message")
+        numbers = found[-1].split()
+        result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
+        loops = re.findall(r"^Loop time of (\S+)", log, re.MULTILINE)
+        (block,) = read_blocks(folder / "grains.dump", "ATOMS")
+        return _outcome(dict(zip(block.columns, block.table.T, strict=True)), result, float(loops[-1]))
+
+
+def _velocities(velocity: Floats, spin: Floats | None) -> str:
+    turning = np.zeros(len(velocity)) if spin is None else spin
+    rows = zip(velocity.tolist(), turning.tolist(), strict=True)
+    return "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 {w!r}\n" for k, ((u, v), w) in enumerate(rows, 1))
+
+
+def _outcome(grains: dict[str, Floats], result: dict[str, float], seconds: float) -> Outcome:
+    cell = np.array([result["lx"], result["ly"]])
+    image = np.column_stack((grains["ix"], grains["iy"]))
+    position = np.column_stack((grains["x"], grains["y"])) + image * cell
+    velocity = np.column_stack((grains["vx"], grains["vy"]))
+    return Outcome(position, velocity, grains["omegaz"], cell, result, seconds)

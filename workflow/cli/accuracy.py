@@ -82,11 +82,10 @@ def write(out: Path, few: list[Few], many: list[Many], wanted: float, words: str
     few_figure(few, slopes, out / "convergence.png", wanted=wanted, against_time=False)
     many_figure(many, out / "packings.png")
     table = [
-        {**row, "order": slopes.get((str(row["case"]), str(row["variant"]))), f"for error {wanted:g}": _words(row)}
+        {"case": row["case"], "variant": row["variant"], "fitted order": slopes.get((str(row["case"]), str(row["variant"]))),
+         "steps per period": _words(row), "step [T0]": row["step"], "least error": row["least_error"]}
         for row in steps
-    ]
-    for row in table:
-        del row["steps_per_period"]
+    ]  # fmt: skip
     write_page(
         out / "accuracy.html",
         "Error against run time",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -50,7 +50,7 @@ def _image(path: Path) -> str:
     return f"<img alt='{escape(path.stem)}' src='data:image/png;base64,{base64.b64encode(path.read_bytes()).decode()}'>"
 
 
-_PARTS = {
+_PARTS: dict[str, Callable[[Any], str]] = {
     "heading": lambda text: f"<h2>{escape(text)}</h2>",
     "text": lambda text: f"<p>{escape(text)}</p>",
     "code": lambda text: f"<p><code>{escape(text)}</code></p>",

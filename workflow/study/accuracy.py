@@ -62,7 +62,7 @@ class Few:
 @dataclass(frozen=True)
 class Many:
     """Packings of one case, variant and step: means over seeds and their standard errors; ``stress`` deviation from the
-    imposed one, ``residual`` relative to the larger of work and loss."""
+    imposed one in F1/a, ``residual`` relative to the larger of work and loss."""
 
     case: str
     variant: str
@@ -129,7 +129,7 @@ def _cost(variant: Variant, grains: int, steps: float) -> float:
 def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[Many]:
     """Method 1 for a fixed time over steps, variants and seeds; without the settling stage, which only we have."""
     scenes = {
-        name: [Method1(n=plan.grains, seed=k, cohesion=cohesion, drag=0.0) for k in range(1, plan.seeds + 1)]  # type: ignore[call-arg]
+        name: [Method1(n=plan.grains, seed=k, cohesion=cohesion, drag=0.0) for k in range(1, plan.seeds + 1)]
         for name, cohesion in (("packing", False), ("cohesive packing", True))
     }
     jobs = [
@@ -164,7 +164,7 @@ def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1]
         outcome = run(discs, values)
         result = outcome.result
         fraction = float(np.sum(np.pi * discs.diameter**2 / 4.0) / outcome.cell.prod())
-        deviation = max(abs(result[axis] / scene.pressure - 1.0) for axis in ("pxx", "pyy"))
+        deviation = max(abs(result[axis] - scene.pressure) / scene.force_unit for axis in ("pxx", "pyy"))
         numbers.append((fraction, coordination(discs, outcome, law.d0), deviation))
         through = max(abs(result["work"]), result["lost"])
         residuals.append(abs(result["end"] - result["begin"]) / through if variant.law == "disc" else math.nan)
@@ -194,7 +194,8 @@ def orders(rows: Sequence[Few]) -> dict[tuple[str, str], float]:
     for key in dict.fromkeys((row.case, row.variant) for row in rows):
         points = [(r.step, r.error) for r in _of(rows, key) if r.steps_per_period >= FIT_FROM and 0.0 < r.error < math.inf]
         if len(points) > 2:
-            found[key] = float(np.polyfit(*np.log(np.array(points)).T, 1)[0])
+            steps, errors = np.log(np.array(points)).T
+            found[key] = float(np.polyfit(steps, errors, 1)[0])
     return found
 
 

@@ -170,7 +170,7 @@ def cases(count: int, seed: int = 1) -> list[Case]:
              0.06, restitution, relative),
         Case("capture speed", "head-on with attraction, zeta = 0.3", sticky,
              [pair(capture * (1.0 + x), rng.uniform(2e-3, 4e-3)) for x in near], 0.5, capture_speed, relative),
-        Case("pull-off work", "undamped pair in equilibrium torn apart: F0 D0/2 + F0^2/(2 K_N)", {**CONTACT, **TAIL, "zeta": 0.0},
+        Case("pull-off work", "undamped pair in equilibrium torn apart", {**CONTACT, **TAIL, "zeta": 0.0},
              [pair(-escape * (1.3 + 2.0 * x), swing) for x in wide], 0.2, pull_off_work, relative),
     ]  # fmt: skip
 

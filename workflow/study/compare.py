@@ -51,10 +51,17 @@ class Outcome:
     seconds: float
 
 
-def run(discs: Discs, values: dict[str, object], *, velocity: Floats | None = None, spin: Floats | None = None) -> Outcome:
+def run(
+    discs: Discs,
+    values: dict[str, object],
+    *,
+    velocity: Floats | None = None,
+    spin: Floats | None = None,
+    patience: float | None = None,
+) -> Outcome:
     """Run the deck on ``discs``, at rest unless ``velocity`` (N, 2) and ``spin`` (N,) are given.
 
-    Raises EngineError with the engine's words if the deck stops.
+    Raises EngineError with the engine's words if the deck stops, or does not end within ``patience`` seconds.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -62,10 +69,13 @@ def run(discs: Discs, values: dict[str, object], *, velocity: Floats | None = No
         text = data_file(discs) + ("" if velocity is None else _velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
         words = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
-        child = subprocess.run(
-            [*python_child(), "accuracy.in", *words],
-            cwd=folder, env=engine().variables(), capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        try:
+            child = subprocess.run(
+                [*python_child(), "accuracy.in", *words], cwd=folder, env=engine().variables(), capture_output=True,
+                text=True, check=False, timeout=patience,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired as fault:
+            raise EngineError(f"the run did not end within {patience:.0f} s") from fault
         log = (folder / "log.lammps").read_text(errors="replace") if (folder / "log.lammps").is_file() else ""
         found = re.findall(r"^RESULT (.*)$", log, re.MULTILINE)
         if child.returncode != 0 or not found:

@@ -14,7 +14,7 @@ import numpy as np
 from workflow.archive.dumps import read_blocks
 from workflow.deck.render import data_file, templates
 from workflow.engine.environment import engine, python_child
-from workflow.errors import EngineError
+from workflow.errors import EngineError, InputError
 from workflow.scene.grains import Discs, Floats
 
 
@@ -61,17 +61,18 @@ def run(
 ) -> Outcome:
     """Run the deck on ``discs``, at rest unless ``velocity`` (N, 2) and ``spin`` (N,) are given.
 
-    Raises EngineError with the engine's words if the deck stops, or does not end within ``patience`` seconds.
+    Raises InputError with the engine's words if it refuses the input before the first step, EngineError if it stops
+    later or does not end within ``patience`` seconds.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(templates() / "accuracy.in", folder)
         text = data_file(discs) + ("" if velocity is None else _velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
-        words = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
+        options = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
         try:
             child = subprocess.run(
-                [*python_child(), "accuracy.in", *words], cwd=folder, env=engine().variables(), capture_output=True,
+                [*python_child(), "accuracy.in", *options], cwd=folder, env=engine().variables(), capture_output=True,
                 text=True, check=False, timeout=patience,
             )  # fmt: skip
         except subprocess.TimeoutExpired as fault:
@@ -79,7 +80,8 @@ def run(
         log = (folder / "log.lammps").read_text(errors="replace") if (folder / "log.lammps").is_file() else ""
         found = re.findall(r"^RESULT (.*)$", log, re.MULTILINE)
         if child.returncode != 0 or not found:
-            raise EngineError(child.stderr.strip().splitlines()[-1] if child.stderr.strip() else "the engine left no message")
+            words = child.stderr.strip().splitlines()[-1:] or ["the engine left no message"]
+            raise (EngineError if "\nLoop time" in log else InputError)(words[0])
         numbers = found[-1].split()
         result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
         loops = re.findall(r"^Loop time of (\S+)", log, re.MULTILINE)

@@ -73,10 +73,10 @@ class Verdict:
 
 
 def packing(**changes: Any) -> Callable[[], Setting]:
-    """Method 1 until a few T0 after the packing has formed."""
+    """Method 1 from grains close to each other until a few T0 after the packing has formed."""
 
     def setting() -> Setting:
-        scene = Method1(**{"n": GRAINS, **changes})
+        scene = Method1(**{"n": GRAINS, "phi0": 0.57, "pstar": 0.1, **changes})
         duration = scene.compression_time + 3.0 * scene.hold_time + 2.0
         return Setting(
             scene.discs(), scene.law_in_units, scene.step_choice, duration, scene.pressure, scene.neighbour_skin
@@ -203,6 +203,8 @@ def _measured(trial: Trial, variant: Variant, setting: Setting, most_steps: int)
     if not math.isfinite(residual):
         raise EngineError("energy is not a number")
     verdict, reason = _verdict(residual, overlap, tail)
+    if result["overlap"] == 0.0:
+        reason = "no contact"
     if steps == most_steps:
         reason += f"; the first {steps * choice.step:.2g} of {setting.duration:.2g} T0"
     return Verdict(

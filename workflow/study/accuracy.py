@@ -41,13 +41,13 @@ class Plan:
 
 
 QUICK = Plan(6, (14, 28, 56, 112, 224), (14, 28), (28,), 2, 100, 12.0)
-FULL = Plan(16, (7, 10, 14, 20, 28, 40, 56, 80, 112, 224, 448, 896), (7, 14, 28, 56, 112), (14, 28), 6, 150, 30.0)
+FULL = Plan(16, (7, 14, 20, 28, 40, 56, 112, 224, 448), (7, 14, 28, 56), (28,), 4, 120, 25.0)
 
 
 @dataclass(frozen=True)
 class Few:
     """One case, variant and step: ``error`` against the reference, ``residual`` of the energy account relative to the initial
-    kinetic energy (None: the law keeps no account), ``seconds`` per simulated time unit T0."""
+    kinetic energy (None: the law keeps no account), processor ``seconds`` per simulated time unit T0."""
 
     case: str
     variant: str

@@ -37,7 +37,7 @@ VARIANTS = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """Final state (rows in the order of the data), the numbers the deck printed, seconds of the timed loop.
+    """Final state (rows in the order of the data), the numbers the deck printed, processor seconds of the timed loop.
 
     ``position`` (N, 2) unwrapped, ``velocity`` (N, 2), ``spin`` (N,); ``cell`` (2,).  ``result``: begin, end (energy
     account), through (energy that went through), kinetic, pxx, pyy.
@@ -84,9 +84,15 @@ def run(
             raise (EngineError if "\nLoop time" in log else InputError)(words[0])
         numbers = found[-1].split()
         result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
-        loops = re.findall(r"^Loop time of (\S+)", log, re.MULTILINE)
         (block,) = read_blocks(folder / "grains.dump", "ATOMS")
-        return _outcome(dict(zip(block.columns, block.table.T, strict=True)), result, float(loops[-1]))
+        return _outcome(dict(zip(block.columns, block.table.T, strict=True)), result, _processor_time(log))
+
+
+def _processor_time(log: str) -> float:
+    """Loop time times share of the processor: on a shared machine the clock alone says little."""
+    last = log[log.rindex("Loop time of ") :]
+    share = re.search(r"^([\d.]+)% CPU use", last, re.MULTILINE)
+    return float(last.split()[3]) * (float(share[1]) / 100.0 if share else 1.0)
 
 
 def _velocities(velocity: Floats, spin: Floats | None) -> str:

@@ -26,7 +26,7 @@ RESIDUAL = 0.05  # of the energy that went through; above, the run is inaccurate
 BLOWN_UP = 0.5  # of the same; above, the energy account says nothing any more
 OVERLAP = 0.05  # of the smallest radius; above, the linear law of small overlaps is used outside its range
 TAIL_STEPS = 2.5  # spent in the tail at the fastest approach; below, the attraction is not resolved
-GRAINS, MOST_STEPS, QUICK_STEPS, PATIENCE = 60, 1_000_000, 30_000, 30.0
+GRAINS, MOST_STEPS, QUICK_STEPS, PATIENCE = 60, 200_000, 30_000, 60.0
 
 
 @dataclass(frozen=True)

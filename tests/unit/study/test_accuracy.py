@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import io
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from workflow.cli.accuracy import write
 from workflow.reference.integrate import integrate
 from workflow.reference.law import CohesiveLaw
-from workflow.study.accuracy import Few, orders, recommend
+from workflow.study.accuracy import Few, Many, Plan, few_bodies, many_bodies, orders, recommend
+from workflow.study.compare import VARIANTS
 from workflow.study.groups import CONTACT, TAIL, cases, pair, pull_off_work, relative, restitution
 
 
@@ -54,3 +59,45 @@ def test_pull_off_work_is_the_closed_form() -> None:
     work = pull_off_work(case.groups, case.reference())
     expected = 0.5 * TAIL["f0"] * TAIL["d0"] + 0.5 * TAIL["f0"] ** 2 / CONTACT["kn"]
     assert relative(work, np.full_like(work, expected)) < 1e-9
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> list[Few]:
+    """One case of the study, two steps, every law that can do it."""
+    monkeypatch.setattr("workflow.study.accuracy.cases", lambda count: cases(count)[1:2])
+    plan = Plan(groups=2, few=(28, 112), many=(), many_stock=(), seeds=1, grains=0, duration=0.0)
+    return few_bodies(plan, VARIANTS, io.StringIO())
+
+
+def test_few_bodies_approach_the_reference(few: list[Few]) -> None:
+    """With friction alone every law converges; four times finer steps leave less than half of the error."""
+    errors = {(row.variant, row.steps_per_period): row.error for row in few}
+    assert set(errors) == {(variant.name, n) for variant in VARIANTS for n in (28, 112)}
+    for variant in VARIANTS:
+        if variant.law == "disc":
+            assert errors[variant.name, 112] < 0.5 * errors[variant.name, 28] < 0.05
+    assert all(row.seconds > 0.0 for row in few)
+    assert all((row.residual is not None) == row.variant.startswith("exact") for row in few)
+
+
+def test_packings_are_measured() -> None:
+    """An exact and a stock packing of 40 grains after 4 T0 under P = 1: both are compressed well beyond the start."""
+    plan = Plan(groups=0, few=(), many=(14,), many_stock=(14,), seeds=2, grains=40, duration=4.0)
+    chosen = [variant for variant in VARIANTS if variant.name in ("exact", "stock")]
+    found = many_bodies(plan, chosen, io.StringIO())
+    assert len(found) == 4
+    for row in found:
+        assert (row.residual is None) == (row.variant == "stock")
+        if row.case == "packing":
+            assert 0.7 < row.solid_fraction < 0.9
+            assert 1.0 < row.coordination < 5.0
+
+
+def test_written_files(tmp_path: Path) -> None:
+    """Tables, figures and a page that needs no other file."""
+    table = rows(1e-2, 1.0)
+    many = [Many("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 0.02, 1.0)]
+    write(tmp_path, table, many, 1e-3, "wf accuracy")
+    page = (tmp_path / "accuracy.html").read_text()
+    assert page.count("data:image/png;base64,") == 3 and "http" not in page.split("<body>")[1]
+    assert (tmp_path / "accuracy.csv").read_text().count("\n") == 1 + len(table)

@@ -73,11 +73,11 @@ class Verdict:
 
 
 def packing(**changes: Any) -> Callable[[], Setting]:
-    """Method 1 from grains close to each other until a few T0 after the packing has formed."""
+    """Method 1 from grains close to each other until the packing has formed and come to rest or nearly so."""
 
     def setting() -> Setting:
-        scene = Method1(**{"n": GRAINS, "phi0": 0.57, "pstar": 0.1, **changes})
-        duration = scene.compression_time + 3.0 * scene.hold_time + 2.0
+        scene = Method1(**{"n": GRAINS, "phi0": 0.5, "pstar": 0.1, **changes})
+        duration = scene.compression_time + scene.hold_time + 1.0
         return Setting(
             scene.discs(), scene.law_in_units, scene.step_choice, duration, scene.pressure, scene.neighbour_skin
         )  # fmt: skip

@@ -263,6 +263,7 @@ def test_step_stays_stable(chosen: dict[str, Any]) -> None:
     pair = 2.0 * math.pi / math.sqrt(2.0 * scene.law_in_units.kn / mass)
     assert 0.0 < scene.step_choice.step < 0.25 * pair
     assert scene.step_choice.step <= 0.25 * scene.step_choice.period
+    assert scene.step_choice.step <= scene.step_choice.limit
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.5])

@@ -81,16 +81,16 @@ def test_few_bodies_approach_the_reference(few: list[Few]) -> None:
 
 
 def test_packings_are_measured() -> None:
-    """An exact and a stock packing of 40 grains after 4 T0 under P = 1: both are compressed well beyond the start."""
-    plan = Plan(groups=0, few=(), many=(14,), many_stock=(14,), seeds=2, grains=40, duration=4.0)
+    """An exact and a stock packing of 30 grains after 2.5 T0 under P = 1: both are compressed well beyond the start at 0.36."""
+    plan = Plan(groups=0, few=(), many=(14,), many_stock=(14,), seeds=1, grains=30, duration=2.5)
     chosen = [variant for variant in VARIANTS if variant.name in ("exact", "stock")]
     found = many_bodies(plan, chosen, io.StringIO())
     assert len(found) == 4
     for row in found:
         assert (row.residual is None) == (row.variant == "stock")
         if row.case == "packing":
-            assert 0.7 < row.solid_fraction < 0.9
-            assert 1.0 < row.coordination < 5.0
+            assert 0.6 < row.solid_fraction < 0.95
+            assert 0.5 < row.coordination < 5.0
 
 
 def test_written_files(tmp_path: Path) -> None:

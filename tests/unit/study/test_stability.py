@@ -21,7 +21,6 @@ from workflow.study.stability import (
     given,
     judge,
     packing,
-    trials,
 )
 
 SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
@@ -30,9 +29,9 @@ SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
 @pytest.mark.parametrize(
     ("verdict", "words", "setting"),
     [
-        (STABLE, "residual", packing(**SMALL, mu=0.5, zeta=0.1)),
+        (STABLE, "residual", packing(**{**SMALL, "kappa": 1e4}, zeta=0.1)),
         (INACCURATE, "overlap", packing(**{**SMALL, "kappa": 100.0})),
-        (UNSTABLE, "", beyond(3.0, n=20, zeta=0.0, mu=0.0, kappa=1e3)),
+        (UNSTABLE, "", beyond(2.0, n=20, zeta=0.0, mu=0.0, kappa=1e3)),
         (REFUSED, "zeta = 3", packing(zeta=3.0)),
         (REFUSED, "one centre", given([1.0, 1.0], [[5.0, 5.0], [5.0, 5.0]])),
         (REFUSED, "cell length", given([1.0], [[0.5, 0.5]], 1.0)),
@@ -43,26 +42,6 @@ def test_verdict(verdict: str, words: str, setting: Callable[[], Setting]) -> No
     found = judge(Trial("case", 0.0, setting), VARIANTS[0], 20_000)
     assert found.verdict == verdict, found
     assert words in found.reason
-
-
-def test_every_refusal_says_what_is_allowed() -> None:
-    """A refused trial names its value and what to do; nothing is refused without words."""
-    for trial in trials():
-        try:
-            trial.setting()
-        except Exception as fault:
-            assert any(word in str(fault) for word in ("must be", "use ", "leave it out", "lower ")), str(fault)
-
-
-def test_every_accepted_step_is_below_the_limit() -> None:
-    for trial in trials():
-        if "unchecked" in trial.parameter:
-            continue
-        try:
-            choice = trial.setting().choice
-        except ValueError:
-            continue
-        assert choice.step <= choice.limit, trial
 
 
 def test_map_and_page(tmp_path: Path) -> None:

@@ -21,8 +21,8 @@ CASES = {
     "cohesionless": ["--no-cohesion"],
     "dilute cohesive": ["--cohesion", "--phi0", "0.1"],
     "D0 = 1e-4": ["--d0", "1e-4"],
-    "D0 = 1e-5": ["--d0", "1e-5", "--max-time", "30"],
-    "P* = 100": ["--pstar", "100"],
+    "D0 = 1e-5": ["--d0", "1e-5", "--max-time", "12"],
+    "P* = 100": ["--pstar", "100", "--max-time", "3", "--series-interval", "0.002"],
 }
 
 
@@ -31,7 +31,7 @@ def main(runs: Path) -> None:
     for case, options in CASES.items():
         out = runs / case.replace(" ", "").replace("*", "").replace("=", "_")
         if not (out / "measures.json").is_file():
-            words = ["wf", "run", "method1", "--n", "150", "--series-interval", "0.02", *options, "--out", str(out), "--json"]
+            words = ["wf", "run", "method1", "--n", "150", "--series-interval", "0.02", "--max-time", "60", *options, "--out", str(out), "--json"]
             subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         directory = RunDirectory.open(out)
         scene, series = directory.scene, directory.series() or {}

@@ -31,7 +31,21 @@ def main(runs: Path) -> None:
     for case, options in CASES.items():
         out = runs / case.replace(" ", "").replace("*", "").replace("=", "_")
         if not (out / "measures.json").is_file():
-            words = ["wf", "run", "method1", "--n", "150", "--series-interval", "0.02", "--max-time", "60", *options, "--out", str(out), "--json"]
+            words = [
+                "wf",
+                "run",
+                "method1",
+                "--n",
+                "150",
+                "--series-interval",
+                "0.02",
+                "--max-time",
+                "60",
+                *options,
+                "--out",
+                str(out),
+                "--json",
+            ]
             subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         directory = RunDirectory.open(out)
         scene, series = directory.scene, directory.series() or {}

@@ -17,6 +17,8 @@ from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError, InputError
 from workflow.scene.grains import Discs, Floats
 
+COARSE = 0.3  # seconds; the processor's share of a shorter loop is too coarse a number
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -89,10 +91,10 @@ def run(
 
 
 def _processor_time(log: str) -> float:
-    """Loop time times share of the processor: on a shared machine the clock alone says little."""
+    """Loop time, of long loops times the share of the processor: on a shared machine the clock alone says little."""
     last = log[log.rindex("Loop time of ") :]
-    share = re.search(r"^([\d.]+)% CPU use", last, re.MULTILINE)
-    return float(last.split()[3]) * (float(share[1]) / 100.0 if share else 1.0)
+    loop, share = float(last.split()[3]), re.search(r"^([\d.]+)% CPU use", last, re.MULTILINE)
+    return loop * float(share[1]) / 100.0 if share and loop > COARSE else loop
 
 
 def _velocities(velocity: Floats, spin: Floats | None) -> str:

@@ -86,7 +86,7 @@ def _bulk(line: Sequence[Axes], of: Sequence[Many], look: dict[str, Any], shift:
 def _axes(axes: Axes, title: str, across: str, up: str, *, up_log: bool = True) -> None:
     axes.set(xscale="log", xlabel=across, ylabel=up)
     axes.set_title(title, fontsize=9)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("")
     axes.grid(True, color="#E3E3E3", linewidth=0.5)

@@ -26,7 +26,7 @@ RESIDUAL = 0.05  # of the energy that went through; above, the run is inaccurate
 BLOWN_UP = 0.5  # of the same; above, the energy account says nothing any more
 OVERLAP = 0.05  # of the smallest radius; above, the linear law of small overlaps is used outside its range
 TAIL_STEPS = 2.5  # spent in the tail at the fastest approach; below, the attraction is not resolved
-GRAINS, MOST_STEPS, QUICK_STEPS, PATIENCE = 60, 200_000, 30_000, 60.0
+GRAINS, MOST_STEPS, QUICK_STEPS, PATIENCE = 60, 200_000, 30_000, 120.0
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class Trial:
-    """``setting`` is made when the trial runs: making it may raise InputError, which is a refusal."""
+    """``setting`` is made when the trial runs: making it may raise InputError, which is a refusal.  ``steps``: at most."""
 
     parameter: str
     value: float
     setting: Callable[[], Setting]
+    steps: int = MOST_STEPS
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,9 @@ def trials() -> list[Trial]:
         *_scan("mu", (-1.0, 0.0, 0.15, 0.5, 1.0, 10.0, inf), lambda v: packing(mu=v)),
         *_scan("mu, F0 = 0", (0.0, 0.15, 0.5, 1.0, 10.0, inf), lambda v: packing(mu=v, cohesion=False)),
         *_scan("K_r/(K_N a^2), mu_r = 0.5", (1e-6, 1e-4, 1e-2, 1.0, 2.0), lambda v: packing(rolling=True, mur=0.5, kr_ratio=v)),
-        *_scan("D0/a", (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.2), lambda v: packing(d0=v)),
+        *_scan("D0/a", (1e-7,), lambda v: packing(d0=v)),
+        Trial("D0/a", 1e-6, packing(d0=1e-6), 15 * MOST_STEPS),  # a gap takes 1e6 steps of a fifth of D0
+        *_scan("D0/a", (1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 0.2), lambda v: packing(d0=v)),
         *_scan("size ratio", (1.0, 2.0, 5.0, 10.0, 30.0, 100.0, 200.0), lambda v: packing(smallest=1.0 / v)),
         *_scan("size ratio, F0 = 0", (1.0, 2.0, 5.0, 10.0, 30.0, 100.0), lambda v: packing(smallest=1.0 / v, cohesion=False)),
         *_scan("P*", (0.0, 1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3), lambda v: packing(pstar=v)),
@@ -176,7 +179,7 @@ def trials() -> list[Trial]:
     ]  # fmt: skip
 
 
-def judge(trial: Trial, variant: Variant, most_steps: int = MOST_STEPS) -> Verdict:
+def judge(trial: Trial, variant: Variant, most_steps: int) -> Verdict:
     """Run one trial."""
     try:
         setting = trial.setting()
@@ -235,7 +238,7 @@ def study(*, quick: bool = False, variants: tuple[Variant, ...] = VARIANTS, out:
     listed = [(trial, variant) for variant in schemes for trial in trials()]
     meter, found = Meter(len(listed), out), []
     for trial, variant in listed:
-        found.append(judge(trial, variant, QUICK_STEPS if quick else MOST_STEPS))
+        found.append(judge(trial, variant, QUICK_STEPS if quick else trial.steps))
         meter.add(1.0, f"{trial.parameter} = {trial.value:g}: {found[-1].verdict}")
     meter.end()
     return found

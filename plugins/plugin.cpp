@@ -6,6 +6,7 @@
 #include "fix_disc_integrate.h"
 #include "fix_disc_stiffen.h"
 #include "pair_disc_cohesive.h"
+#include "pair_disc_tail.h"
 #include "run_disc.h"
 
 #include <dlfcn.h>
@@ -77,6 +78,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   lammpsplugin_t plugin{DISC_LAMMPS_VERSION,   "pair", "disc/cohesive", "cohesive discs, Gilabert et al. 2007",
                         "workflow developers", {},     handle};
   plugin.creator.v1 = &create_pair<PairDiscCohesive>;
+  (*enlist)(&plugin, lmp);
+
+  plugin.name = "disc/tail";
+  plugin.info = "the attraction of Gilabert et al. 2007 alone";
+  plugin.creator.v1 = &create_pair<PairDiscTail>;
   (*enlist)(&plugin, lmp);
 
   plugin.style = "fix";

@@ -33,6 +33,7 @@ MISUSE: dict[str, tuple[list[str], list[str]]] = {
     "NaN": (["run", "method1", "--mu", "nan"], ["mu = nan"]),
     "word for number": (["run", "method1", "--kappa", "stiff"], ["--kappa", "stiff"]),
     "unknown barostat": (["run", "method1", "--barostat", "nose"], ["nose", "inertial", "berendsen"]),
+    "no error": (["accuracy", "--error", "0"], ["--error 0", "above 0"]),
     "unstable step": (["run", "method1", "--step", "0.5"], ["step = 0.5", "unstable", "at most"]),
     "skin below tail": (["run", "method1", "--skin", "0.01", "--d0", "0.05"], ["skin = 0.01", "d0 = 0.05"]),
     "endless run": (["deck", "method1", "--max-time", "inf", "--dry-run"], ["max_time = inf"]),

@@ -107,17 +107,18 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         ("unbalanced [F1]", f"force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}"),
         ("kinetic energy/grain", f"{energy['per_grain']:.2g}  (with drift and rattlers {energy['raw']:.2g})"),
     ]
-    if residual:
-        rows.append(("energy residual", f"{100 * residual['relative']:.2f} % of the energy that went through"))
+    known = f"{100 * residual['relative']:.2f} % of the energy that went through" if residual else "unknown, no energy account"
+    rows.append(("energy residual", known))
     for stage, change in (relaxation or {}).items():
         changes = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}"
         rows.append((f"drag in {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
     if "hyperstaticity" in measures.get("rigidity", {}):
         network = measures["rigidity"]
         rows.append(("rigidity", f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"))
-    tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
-    resolution = f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
-    rows.append(("steps", f"{resolution}; largest overlap {numerics['largest_overlap']:.1e} a"))
+    tail = f", {numerics['steps_in_tail']:.0f} in the tail at the fastest approach" if numerics["steps_in_tail"] else ""
+    rows.append(("steps", f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"))
+    part = 100 * numerics["largest_overlap_of_smallest_radius"]
+    rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
+
 from workflow.errors import InputError
 from workflow.scene.grains import Discs
 from workflow.scene.presets import Scene
@@ -63,7 +65,14 @@ def fill(template: str, values: dict[str, str | int | float]) -> str:
 
 
 def data_file(discs: Discs) -> str:
-    """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2)."""
+    """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2).
+
+    Raises InputError if two centres coincide: such a pair has no direction to repel along.
+    """
+    places, counts = np.unique(np.mod(discs.position, discs.cell), axis=0, return_counts=True)
+    if counts.max(initial=0) > 1:
+        x, y = places[counts.argmax()]
+        raise InputError(f"{counts.max()} grains have one centre, ({x:g}, {y:g}) a; move them apart")
     width, height = discs.cell.tolist()
     head = (
         f"discs in a periodic cell\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"

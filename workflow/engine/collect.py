@@ -110,14 +110,19 @@ def _energy(frame: Frame, law: Law) -> dict[str, float]:
 
 
 def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
-    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach."""
+    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach.
+
+    Overlap and approach are those of the rows of the time series, the largest of each.
+    """
     step, law = scene.step_choice.step, scene.law_in_units
     approach = float(series["approach"].max()) if series else 0.0
     return {
         "step": step,
         "step_reason": scene.step_choice.reason,
         "steps_per_stiffest_period": scene.step_choice.period / step,
-        "largest_overlap": float(series["overlap"].max()) if series else 0.0,
+        "share_of_stability_limit": step / scene.step_choice.limit,
+        "largest_overlap": (overlap := float(series["overlap"].max()) if series else 0.0),
+        "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
         "fastest_approach": approach,
         "steps_in_tail": law.d0 / (approach * step) if law.f0 > 0 and approach > 0 else None,
     }

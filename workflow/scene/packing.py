@@ -36,12 +36,11 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.step_choice.step > 0.25 * self.step_choice.period:
+        choice = self.step_choice
+        if choice.step > choice.limit:
             raise InputError(
-                f"step = {self.step_choice.step:g} is not allowed: with "
-                f"{self.step_choice.period / self.step_choice.step:.2g} "
-                f"steps per stiffest period {self.step_choice.period:.3g} the integration is unstable; use at most "
-                f"{0.2 * self.step_choice.period:.2g}, or leave it out"
+                f"step = {choice.step:g} is not allowed: beyond {choice.limit:.2g} T0 the integration of contacts of this "
+                f"stiffness and damping is unstable; use at most {0.5 * choice.limit:.2g}, or leave it out"
             )
         if self.neighbour_skin <= self.law_in_units.d0:
             raise InputError(

@@ -47,11 +47,13 @@ struct CohesiveLaw {
 
    SECOND: second order in the step.  Dampers act on the velocity extrapolated from the middles of this step and the
    last one to its end; displacements grow by the velocity in the middle of the step, seen in the middle of the turn of
-   n; and a contact that closes or opens within a step feels its damper for its share of the step.  Without SECOND the
-   mean velocity of the step stands for that at its end, as in the velocity Verlet of LAMMPS: first order. */
+   n; and a contact that closes or opens within a step feels its damper, and stretches its springs, for its share of it.
+   Without SECOND the mean velocity of the step stands for that at its end, as in the velocity Verlet of LAMMPS: first
+   order. */
 template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_> struct Cohesive {
   static constexpr bool SECOND = SECOND_, DAMPING = DAMPING_, COHESION = COHESION_, FRICTION = FRICTION_,
                         ROLLING = ROLLING_;
+  static constexpr bool JUMPS = SECOND && (DAMPING || FRICTION || ROLLING);    // something sets in at contact
   CohesiveLaw law;
 
   /* The Coulomb and rolling limits hold for the elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0
@@ -77,15 +79,15 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
         un = nx * b.ux[k] + ny * b.uy[k];
         ut = nx * b.uy[k] - ny * b.ux[k];
       }
-      const double turn = 0.5 * dt * inverse * ut;    // of n in half a step
+      const double turn = 0.5 * dt * inverse * ut;           // of n in half a step
+      const double middle = SECOND ? un - turn * ut : un;    // d|b|/dt in the middle of the step
+      if (JUMPS) b.crossed[k] = h - dt * middle < 0.0 ? 0.0 : closed;
       if (DAMPING) {
-        double vn = un;
+        const double vn = SECOND ? middle + ahead * (middle - speed[k]) : un;
         if (SECOND) {
-          const double middle = un - turn * ut;
-          vn = middle + ahead * (middle - speed[k]);
           speed[k] = middle;
           b.receding[k] = vn;
-          b.crossed[k] = h - dt * middle < 0.0 && h + dt * vn <= 0.0 ? 0.0 : closed;
+          b.crossed[k] = h + dt * vn > 0.0 ? closed : b.crossed[k];
         }
         const double damper = -eta[k] * vn * closed;
         viscous[k] = damper;
@@ -108,12 +110,13 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
       b.fx[k] = normal * nx - tangential * ny;
       b.fy[k] = normal * ny + tangential * nx;
     }
-    if (SECOND && DAMPING) share_crossings<ACCOUNT>(dt, b, count);
+    if (JUMPS) share_crossings<ACCOUNT>(dt, b, count);
   }
 
-  /* The scheme halves a force that jumps between two steps.  A damper that was on for a part of the step that ends
-     here, or will be, as far as can be seen, for a part of the next one, is due that part instead.  Such contacts are
-     rare: found by the blockful, mended one by one. */
+  /* Contacts that closed in the step that ends here, or will open, as far as can be seen, in the next one.  The scheme
+     halves a force that jumps between two steps: a damper that was on, or will be, for a part of the step is due that
+     part instead, and springs grow for that part only.  Such contacts are rare: found by the blockful, mended one by
+     one. */
   template <bool ACCOUNT> DISC_INLINE void share_crossings(double dt, Block &__restrict b, int count) const
   {
     alignas(64) double any[LANES] = {};
@@ -122,13 +125,33 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
     for (int k = 0; k < count; k++) {
       if (b.crossed[k] == 0.0) continue;
       const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-      const double h = distance - b.touch[k], vn = b.receding[k], before = h - dt * b.speed[k], after = h + dt * vn;
-      const double part = (before >= 0.0 ? h / (h - before) - 0.5 : 0.0) + (after > 0.0 ? h / (h - after) - 0.5 : 0.0);
-      const double more = -b.eta[k] * vn * part;
-      b.viscous[k] += more;
-      b.fx[k] += more * b.bx[k] / distance;
-      b.fy[k] += more * b.by[k] / distance;
-      if (ACCOUNT) b.lost_viscous[k] -= more * vn * dt;
+      const double nx = b.bx[k] / distance, ny = b.by[k] / distance, h = distance - b.touch[k];
+      const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
+      const double turn = 0.5 * dt * ut / distance, before = h - dt * (un - turn * ut);
+      const bool entered = before >= 0.0;
+      const double within = entered ? h / (h - before) : 1.0;
+      double normal = 0.0, tangential = 0.0;    // what is added
+      if (DAMPING) {
+        const double vn = b.receding[k], after = h + dt * vn;
+        const double part = (entered ? within - 0.5 : 0.0) + (after > 0.0 ? h / (h - after) - 0.5 : 0.0);
+        normal = -b.eta[k] * vn * part;
+        b.viscous[k] += normal;
+        if (ACCOUNT) b.lost_viscous[k] -= normal * vn * dt;
+      }
+      const double elastic = -law.kn * h;
+      if (FRICTION && entered) {
+        const double slip = within * dt * (ut + turn * un - b.surface[k]);
+        b.stretch[k] = slide<ACCOUNT>(0.0, slip, law.mu / law.kt * elastic, law.kt, b.lost_sliding[k]);
+        tangential = -law.kt * b.stretch[k] - b.tangential[k];
+        b.tangential[k] += tangential;
+      }
+      if (ROLLING && entered) {
+        const double angle = within * dt * b.spin[k];
+        b.rotation[k] = slide<ACCOUNT>(0.0, angle, law.mur / law.kr * elastic, law.kr, b.lost_rolling[k]);
+        b.moment[k] = -law.kr * b.rotation[k];
+      }
+      b.fx[k] += normal * nx - tangential * ny;
+      b.fy[k] += normal * ny + tangential * nx;
     }
   }
 };

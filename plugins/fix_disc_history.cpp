@@ -215,6 +215,10 @@ PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
 
 void FixDiscHistory::setup_pre_exchange()
 {
+  if (goes_on()) {
+    update->atime = restored_time;
+    update->atimestep = restored_since;
+  }
   for (int a = 0; a < 2; a++) {
     last_cell[a] = domain->prd[a];
     last_corner[a] = domain->boxlo[a];
@@ -404,7 +408,9 @@ void FixDiscHistory::write_restart(FILE *fp)
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
   const double within_run =
       update->whichflag == 1 ? 1.0 : 0.0;    // else the next run evaluates forces anew in any case
-  const double state[5] = {sums[0], sums[1], sums[2], pace, within_run};
+  // LAMMPS stores the time of this step; rounding differs from that of the run that counts on
+  const double since = ubuf(update->atimestep).d;
+  const double state[7] = {sums[0], sums[1], sums[2], pace, within_run, update->atime, since};
   if (comm->me == 0) {
     const int size = sizeof(state);
     fwrite(&size, sizeof(int), 1, fp);
@@ -422,6 +428,9 @@ void FixDiscHistory::restart(char *buf)
   }
   pace = state[3];
   restored_step = state[4] > 0.0 ? update->ntimestep : -1;
+  double since = state[6];
+  restored_time = state[5];
+  restored_since = static_cast<bigint>(ubuf(since).i);
 }
 
 bool FixDiscHistory::goes_on() const { return update->ntimestep == restored_step; }

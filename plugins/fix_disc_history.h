@@ -102,12 +102,13 @@ private:
   disc::Memory newly_close(const Neighbours &) const;
 
   std::vector<Neighbours> neighbours;
-  std::vector<disc::Memory> memory;              // of `neighbours` while `close` is being made
-  std::vector<char> known;                       // has a memory
-  std::vector<int> first;                        // in `close`: those of grain i are first[i] .. first[i+1]-1
-  std::vector<std::vector<Partner>> partners;    // per atom, ghosts included while remembering
-  std::vector<disc::Action> restored;            // per atom: force and torque of a run that goes on from a restart
-  bigint restored_step = -1;
+  std::vector<disc::Memory> memory;                 // of `neighbours` while `close` is being made
+  std::vector<char> known;                          // has a memory
+  std::vector<int> first;                           // in `close`: those of grain i are first[i] .. first[i+1]-1
+  std::vector<std::vector<Partner>> partners;       // per atom, ghosts included while remembering
+  std::vector<disc::Action> restored;               // per atom: force and torque of a run that goes on from a restart
+  bigint restored_step = -1, restored_since = 0;    // that step; time counts from the other one
+  double restored_time = 0.0;
   double last_cell[2] = {1.0, 1.0}, last_corner[2] = {0.0, 0.0};
   double largest_radius = 0.0;
   double margin = 0.0, close_margin = 0.0;    // left of the gap that no unlisted pair is below

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -135,15 +136,26 @@ def step_of(path: Path) -> int | None:
 
 def cut_back(folder: Path, step: int) -> None:
     """Drop what series and dumps of ``folder`` hold beyond ``step``: the resumed run writes it again."""
-    series = folder / "series.txt"
-    if series.is_file():
-        lines = series.read_text(encoding="ascii", errors="replace").splitlines(keepends=True)
-        kept = [line for line in lines if line.startswith("#") or (line.endswith("\n") and int(line.split()[0]) <= step)]
-        with replacing(series) as draft:
-            draft.write_text("".join(kept), encoding="ascii")
+    _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
     for name, kind in (("grains.dump", "ATOMS"), ("contacts.dump", "ENTRIES")):
         if (folder / name).is_file():
             _cut_dump(folder / name, kind, step)
+
+
+def drop_repeated_titles(folder: Path) -> None:
+    """Leave the first title of the series: the engine writes one more each time a run is resumed."""
+    _rewrite_series(folder, lambda line: True)
+
+
+def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:
+    series = folder / "series.txt"
+    if not series.is_file():
+        return
+    lines = series.read_text(encoding="ascii", errors="replace").splitlines(keepends=True)
+    kept = [line for k, line in enumerate(lines) if (k == 0 if line.startswith("#") else keep(line))]
+    if kept != lines:
+        with replacing(series) as draft:
+            draft.write_text("".join(kept), encoding="ascii")
 
 
 def _cut_dump(path: Path, kind: str, step: int) -> None:

@@ -5,6 +5,7 @@
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "pair_disc_cohesive.h"
+#include "pair_disc_continuous.h"
 
 #include <dlfcn.h>
 
@@ -70,6 +71,10 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   lammpsplugin_t plugin{DISC_LAMMPS_VERSION,   "pair", "disc/cohesive", "cohesive discs, Gilabert et al. 2007",
                         "workflow developers", {},     handle};
   plugin.creator.v1 = &create_pair<PairDiscCohesive>;
+  (*enlist)(&plugin, lmp);
+  plugin.name = "disc/continuous";
+  plugin.info = "continuous law of poured heaps, Baxter et al. 1997";
+  plugin.creator.v1 = &create_pair<PairDiscContinuous>;
   (*enlist)(&plugin, lmp);
 
   plugin.style = "fix";

@@ -2,6 +2,7 @@
    Registration of the styles of this plugin, and nothing else. */
 
 #include "fix_disc_equilibrium.h"
+#include "fix_disc_feed.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "pair_disc_cohesive.h"
@@ -84,6 +85,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   } fixes[] = {
       {"disc/history", "neighbours and contact memory of discs", &create_fix<FixDiscHistory>},
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
+      {"disc/feed", "grains poured from a height", &create_fix<FixDiscFeed>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
   };
   for (const auto &fix : fixes) {

@@ -66,10 +66,12 @@ class RunDirectory:
         try:
             run.write_text(DATA, data_file(discs))
             run.write_text(DECK, deck)
+            for name, text in scene.files().items():
+                run.write_text(name, text)
             run.write_text("scene.toml", to_toml(scene))
             run.record(
                 status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
-                hashes={name: run.hash(name) for name in (DECK, DATA)}, command=shlex.join(["wf", *sys.argv[1:]]),
+                hashes={name: run.hash(name) for name in (DECK, DATA, *scene.files())}, command=shlex.join(["wf", *sys.argv[1:]]),
             )  # fmt: skip
         except BaseException:
             for file in path.iterdir():

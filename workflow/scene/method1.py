@@ -25,6 +25,7 @@ class Method1(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
 
     name = "method1"
     title = "compression of a granular gas under constant stress (G07 method 1)"
+    stages = {1: "compress", 2: "settle"}  # noqa: RUF012
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -134,6 +135,10 @@ class Method1(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         """The initial discs: random, not overlapping, every gap at least D0."""
         rng = self.random("placement")
         return place(diameters(self.n, self.smallest, rng), self.phi0, self.law_in_units.d0, rng)
+
+    def files(self) -> dict[str, str]:
+        """What the deck reads beside its data file: nothing."""
+        return {}
 
     def variables(self) -> dict[str, str | int | float]:
         """Values of the variables of the deck method1.in."""

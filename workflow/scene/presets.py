@@ -10,11 +10,12 @@ from typing import Any
 import tomli_w
 
 from workflow.errors import InputError
+from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.quantity import unknown_name
 
-Scene = Method1
-SCENES: dict[str, type[Scene]] = {Method1.name: Method1}
+Scene = Method1 | Heap
+SCENES: dict[str, type[Method1] | type[Heap]] = {Method1.name: Method1, Heap.name: Heap}
 
 
 def scene_from(values: Mapping[str, Any]) -> Scene:

@@ -108,23 +108,21 @@ void PairDiscContinuous::allocate()
 
 void PairDiscContinuous::init_style()
 {
+  largest = largest_diameter();
   PairDisc::init_style();
   if (!allocated) error->all(FLERR, "pair_style disc/continuous has no coefficients: use 'pair_coeff * * index ...'");
 }
 
-double PairDiscContinuous::largest_radius() const
+double PairDiscContinuous::largest_diameter() const
 {
-  double largest = 0.0;
+  double found = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
-    largest = std::fmax(largest, atom->radius[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  return largest;
+    found = std::max(found, 2.0 * atom->radius[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_DOUBLE, MPI_MAX, world);
+  return found;
 }
 
-double PairDiscContinuous::init_one(int, int) { return 2.0 * law.reach() * largest_radius(); }
-
-/* of the largest pair; a smaller pair's is smaller */
-double PairDiscContinuous::range() const { return 2.0 * (law.reach() - 1.0) * largest_radius(); }
+double PairDiscContinuous::init_one(int, int) { return law.reach() * largest; }
 
 void PairDiscContinuous::write_restart(FILE *fp)
 {

@@ -28,7 +28,7 @@ public:
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
 
-  double range() const override;
+  double range() const override { return (law.reach() - 1.0) * largest; }    // of the largest pair
   double viscosity(int i, int j) const override;
   Interaction interaction(const disc::Neighbours &) const override;
   Energy energy(const Interaction &) const override;
@@ -39,10 +39,11 @@ private:
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   void check() const;
   void allocate();
-  double largest_radius() const;
+  double largest_diameter() const;
 
   disc::ContinuousLaw law;
-  bool account = true;    // sum up what is dissipated
+  bool account = true;     // sum up what is dissipated
+  double largest = 0.0;    // diameter at the last init; no grain that comes later may be larger
 };
 
 }    // namespace LAMMPS_NS

@@ -6,16 +6,19 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from workflow.analysis.heap import avalanches
 from workflow.archive.read import Archive
 from workflow.cli.measure import archived
 from workflow.cli.options import command
-from workflow.engine.collect import ARCHIVE
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.heap import ground
+from workflow.engine.rundir import ARCHIVE, STAGES, RunDirectory
+from workflow.scene.heap import Heap
 
 EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
 wf plot runs/method1-130aae48 --out figures            elsewhere
 wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
+wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
 
 
@@ -36,6 +39,8 @@ def action(arguments: argparse.Namespace) -> int:
     out = arguments.out or directory.path
     out.mkdir(parents=True, exist_ok=True)
     scene = directory.scene
+    if isinstance(scene, Heap):
+        return heap_figures(directory, scene, arguments, out)
     names = {stem: [out / f"{stem}.{kind}" for kind in arguments.format] for stem in ("forces", "history")}
     with Archive(directory / ARCHIVE) as archive:
         frame, series = archive.frame(arguments.frame), archive.series
@@ -51,5 +56,24 @@ def action(arguments: argparse.Namespace) -> int:
             tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
         )  # fmt: skip
         drawn += names["history"]
+    print("\n".join(str(path) for path in drawn))
+    return 0
+
+
+def heap_figures(directory: RunDirectory, scene: Heap, arguments: argparse.Namespace, out: Path) -> int:
+    """Grains, centre-to-centre vectors, forces with the base profile, voidage and stress lines; a film of an avalanche."""
+    from workflow.report import heap  # matplotlib is slow to import
+
+    with Archive(directory / ARCHIVE) as archive:
+        frame, tracks = archive.frame(arguments.frame), archive.tracks
+    place, drawn = ground(scene), []
+    for name, draw in (("heap", heap.snapshot), ("vectors", heap.vectors), ("forces", heap.forces), ("maps", heap.maps)):
+        paths = [out / f"{name}.{kind}" for kind in arguments.format]
+        draw(frame, place, paths)
+        drawn += paths
+    slides = avalanches(tracks, place) if tracks is not None else []
+    if tracks is not None and slides:
+        heap.film(tracks, place, max(slides, key=lambda event: event.size), out / "avalanche.gif")
+        drawn.append(out / "avalanche.gif")
     print("\n".join(str(path) for path in drawn))
     return 0

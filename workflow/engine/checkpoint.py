@@ -64,7 +64,7 @@ def cut_back(folder: Path, step: int) -> None:
         kept = [line for line in lines if line.startswith("#") or (line.endswith("\n") and int(line.split()[0]) <= step)]
         with replacing(series) as draft:
             draft.write_text("".join(kept), encoding="ascii")
-    for name, kind in (("grains.dump", "ATOMS"), ("contacts.dump", "ENTRIES")):
+    for name, kind in (("grains.dump", "ATOMS"), ("contacts.dump", "ENTRIES"), ("tracks.dump", "ATOMS")):
         if (folder / name).is_file():
             _cut_dump(folder / name, kind, step)
 

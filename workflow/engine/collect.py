@@ -16,15 +16,17 @@ from workflow.analysis.frame import Contacts, Frame
 from workflow.analysis.network import Springs
 from workflow.analysis.percolation import percolation
 from workflow.analysis.rigidity import rigidity
-from workflow.archive.dumps import read_frames
+from workflow.archive.dumps import read_frames, read_tracks
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.heap import heap_measures
+from workflow.engine.rundir import ARCHIVE, STAGES, TRACKS, RunDirectory
 from workflow.errors import ArchiveError, WorkflowError
-from workflow.scene.presets import Scene
+from workflow.scene.heap import Heap
+from workflow.scene.method1 import Method1
 
-ARCHIVE, MEASURES = "run.h5", "measures.json"
+MEASURES = "measures.json"
 NETWORK_GRAINS = 10_000  # up to which the network is analysed unasked: a second or two
 
 
@@ -35,13 +37,17 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     provenance = {
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
-        "hashes": {name: directory.hash(name) for name in (DECK, DATA)}, "ranks": state.get("ranks", 1),
+        "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
-        "relaxation": f"drag {scene.drag} in stage settle" if scene.drag else "none",
     }  # fmt: skip
+    if isinstance(scene, Method1):
+        provenance["relaxation"] = f"drag {scene.drag} in stage settle" if scene.drag else "none"
     _require_space(directory)
-    frames = read_frames(directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **STAGES})
-    write_archive(directory / ARCHIVE, frames, series, provenance)
+    frames = read_frames(
+        directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
+    )
+    tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
+    write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
     measures = measures_of(directory)
     directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
     return measures
@@ -66,6 +72,8 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     """
     scene, series = directory.scene, directory.series() or {}
     result = directory.result()
+    if isinstance(scene, Heap):
+        return heap_measures(directory, scene, frame)
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
@@ -91,7 +99,7 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
     return numbers
 
 
-def _network(frame: Frame, scene: Scene) -> dict[str, Any]:
+def _network(frame: Frame, scene: Method1) -> dict[str, Any]:
     """Rigidity and force transmission of the network; a part that cannot be had says why."""
     law = scene.law_in_units
     springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
@@ -120,12 +128,12 @@ def _percolation(frame: Frame) -> dict[str, Any]:
     return {"threshold": found.any, "axis": list(found.axis)}
 
 
-def _energy(frame: Frame, scene: Scene) -> dict[str, float]:
+def _energy(frame: Frame, scene: Method1) -> dict[str, float]:
     law = scene.law_in_units
     return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
 
 
-def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
+def _numerics(scene: Method1, series: dict[str, Any]) -> dict[str, Any]:
     """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach."""
     step, law = scene.step_choice.step, scene.law_in_units
     approach = float(series["approach"].max()) if series else 0.0

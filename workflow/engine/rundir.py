@@ -28,6 +28,7 @@ from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
+ARCHIVE, TRACKS = "run.h5", "tracks.dump"
 STAGES = {1: "compress", 2: "settle"}
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 
@@ -71,7 +72,8 @@ class RunDirectory:
             run.write_text("scene.toml", to_toml(scene))
             run.record(
                 status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
-                hashes={name: run.hash(name) for name in (DECK, DATA, *scene.files())}, command=shlex.join(["wf", *sys.argv[1:]]),
+                hashes={name: run.hash(name) for name in (DECK, DATA, *scene.files())},
+                command=shlex.join(["wf", *sys.argv[1:]]),
             )  # fmt: skip
         except BaseException:
             for file in path.iterdir():

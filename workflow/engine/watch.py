@@ -9,6 +9,7 @@ import numpy as np
 
 from workflow.engine.rundir import STAGES, RunDirectory
 from workflow.errors import WorkflowError
+from workflow.scene.heap import FLOOR, Heap
 
 PLAIN_INTERVAL = 10.0  # seconds between lines where output is not a terminal
 LINE_INTERVAL = 1.0
@@ -53,12 +54,24 @@ class Progress:
 def describe(series: dict[str, np.ndarray], scene: object, seconds: float | None) -> str:
     """One line: stage, time, solid fraction, pressure, unbalanced force, time left."""
     last = {name: float(values[-1]) for name, values in series.items()}
+    if isinstance(scene, Heap):
+        return describe_heap(last, scene, seconds)
     pressure = 0.5 * (last["stress_x"] + last["stress_y"])
     left = time_left(series, scene, seconds) if seconds is not None else None
     return (
         f"{STAGES.get(int(last['stage']), '?'):8s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
         f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}"
         + (f"  left {left}" if left else "")
+    )
+
+
+def describe_heap(last: dict[str, float], scene: Heap, seconds: float | None) -> str:
+    """One line: time, grains poured and gone, height; time left until the feed ends, at a cost that grows with the heap."""
+    done = last["poured"] / max(scene.grains, 1)
+    left = seconds * (1.0 / done**2 - 1.0) if seconds and done > 0.05 else 0.0
+    return (
+        f"pour     t {last['time']:8.2f}  grains {last['poured']:.0f} of {scene.grains}  gone {last['removed']:.0f}  "
+        f"top {last['top'] - FLOOR:6.2f}  unbalanced {last['net_force']:.1e}" + (f"  left ~{left:.0f} s" if left else "")
     )
 
 

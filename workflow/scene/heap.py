@@ -54,29 +54,43 @@ class Heap(Parameters):
         False, bool, "tangential damping of the centres' motion alone, as eq. 4 is printed", source="B97 eq. 4"
     )
     polydispersity: float = quantity(
-        0.0, float, "delta: diameters are uniform in [1 - delta, 1]", unit="sigma", low=0.0, high=0.5, source="B97: 0, 0.05, 0.1"
+        0.0,
+        float,
+        "delta: diameters uniform in [1 - delta, 1]",
+        unit="sigma",
+        low=0.0,
+        high=0.5,
+        source="B97: 0, 0.05, 0.1",
     )
     base: str = quantity("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
-    spacing: float = quantity(1.1, float, "spacing S of the base discs", symbol="S", unit="sigma", low=0.5, high=3.0, source="B97")
+    spacing: float = quantity(1.1, float, "spacing of the base discs", symbol="S", unit="sigma", low=0.5, high=3.0)
     base_half_width: float | None = quantity(
         None, float, "half the width of the base, default 1.6 sqrt(N) + 5", unit="sigma", above=1.0, high=1e5, automatic=True
     )
     start: str = quantity("pour", str, "pour, or a pyramid on the lattice of the base", choices=("pour", "pyramid"))
     feed_rate: float = quantity(0.62, float, "grains per time unit", above=0.0, high=10.0, source="B97 fig. 2")
-    feed_half_width: float = quantity(3.0, float, "grains start within this distance of the middle", unit="sigma", low=0.0, high=1e3)
-    drop_height: float = quantity(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4, source="B97")
+    feed_half_width: float = quantity(3.0, float, "grains start this near the middle", unit="sigma", low=0.0, high=1e3)
+    drop_height: float = quantity(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4)
     seed: int = quantity(1, int, "seed of places and sizes", low=0, high=2**63 - 1)
     force_tolerance: float = quantity(1e-4, float, "largest net force and moment at rest", unit="mg", above=0.0, high=1.0)
     energy_tolerance: float = quantity(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
     hold: float = quantity(2.0, float, "time that rest must last", unit="T0", low=0.0, high=1e6)
     max_time: float | None = quantity(
-        None, float, "longest time, default feed and fall and 500 to come to rest", unit="T0", above=0.0, high=1e9, automatic=True
+        None,
+        float,
+        "longest time, default that of the feed and 500 more",
+        unit="T0",
+        above=0.0,
+        high=1e9,
+        automatic=True,
     )
     step: float | None = quantity(
         None, float, "time step, default from the hardest impact", unit="T0", low=1e-9, high=1.0, automatic=True
     )
     steps_per_period: float = quantity(20.0, float, "steps per stiffest period", low=4.0, high=1e4)
-    skin: float | None = quantity(None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True)
+    skin: float | None = quantity(
+        None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True
+    )
     account: bool = quantity(True, bool, "energy account (what viscosity and sliding dissipate)")
     frame_interval: float = quantity(50.0, float, "time between frames, 0: first and last only", unit="T0", low=0.0, high=1e9)
     track_interval: float = quantity(2.0, float, "time between records of all positions", unit="T0", above=0.0, high=1e9)
@@ -88,8 +102,8 @@ class Heap(Parameters):
         apart = 0.5 / self.feed_rate**2
         if self.start == "pour" and apart < self.reach:
             raise InputError(
-                f"feed_rate = {self.feed_rate:g} is not allowed: a grain has fallen {apart:.2f} sigma when the next starts, less "
-                f"than the range r0 = {self.reach:g} of the force; use at most {math.sqrt(0.5 / self.reach):.3g}"
+                f"feed_rate = {self.feed_rate:g} is not allowed: a grain has fallen {apart:.2f} sigma when the next starts, "
+                f"less than the range r0 = {self.reach:g} of the force; use at most {math.sqrt(0.5 / self.reach):.3g}"
             )
         if self.feed_half_width > self.half_width:
             raise InputError(
@@ -158,7 +172,9 @@ class Heap(Parameters):
 
         turned.terminal, turned.direction = True, 1.0  # type: ignore[attr-defined]
         speed = self.impact_speed if self.start == "pour" else math.sqrt(2.0)
-        found = solve_ivp(motion, (0.0, 10.0), [self.reach, -speed], events=turned, rtol=1e-8, atol=1e-10, max_step=0.01 / speed)
+        found = solve_ivp(
+            motion, (0.0, 10.0), [self.reach, -speed], events=turned, rtol=1e-8, atol=1e-10, max_step=0.01 / speed
+        )
         return float(found.y[0].min())
 
     @cached_property
@@ -171,7 +187,7 @@ class Heap(Parameters):
         load = math.sqrt(self.grains) + 1.0
         pressed = 3.0 * (self.hooke * (1.0 + 1.5 / self.alpha) if self.hooke else 1.5 * (self.index + 1.0) * load)
         period = 2.0 * math.pi / math.sqrt(max(impact, pressed))
-        what = f"an impact at speed {self.impact_speed:.3g} (closest distance {r:.3f})" if impact > pressed else "a loaded grain"
+        what = f"an impact at {self.impact_speed:.3g} (closest distance {r:.3f})" if impact > pressed else "a loaded grain"
         if self.step is not None:
             return Step(self.step, period, f"given; {period / self.step:.1f} steps per stiffest period {period:.3g}, of {what}")
         reason = f"stiffest period {period:.3g}, of {what}, / {self.steps_per_period:g}"

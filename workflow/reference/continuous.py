@@ -75,7 +75,7 @@ class ContinuousLaw:
         """N_e and k = -dN_e/dr, (P,)."""
         sigma = np.asarray(self.sigma)
         if self.stiffness:
-            return -self.stiffness * gap, np.full_like(gap, self.stiffness)
+            return self.stiffness * np.maximum(-gap, 0.0), np.full_like(gap, self.stiffness)
         force = self.force * (sigma / (sigma + gap)) ** (self.index + 1)
         return force, (self.index + 1) * force / (sigma + gap)
 
@@ -130,8 +130,8 @@ class ContinuousLaw:
         return Response(normal, tangential, zero, np.stack((np.where(on, stretch_rate, 0.0), zero)), np.array(heat))
 
     def _load(self, gap: Floats, stretch: Floats, slip: Ints | int = 0) -> tuple[Floats, Floats]:
-        """dmax and 1 - |d|/dmax, which is 0 while slipping."""
-        largest = self._slope * self._depth(gap)
+        """dmax and 1 - |d|/dmax, which is 0 while slipping; finite also where a trial step went beyond r0."""
+        largest = self._slope * np.abs(self._depth(gap)) + 1e-300
         return largest, np.where(slip != 0, 0.0, np.clip(1.0 - np.abs(stretch) / largest, 0.0, 1.0))
 
     def _spring(self, gap: Floats, stretch: Floats, elastic: Floats, slip: Ints) -> tuple[Floats, Floats]:

@@ -45,7 +45,7 @@ def _discs(axes: Axes, place: Floats, size: Floats, colours: str | list[str]) ->
 def snapshot(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """The grains (fig. 1a) with the surface profile."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 4.2), layout="constrained")
+        figure = Figure(figsize=(WIDE, 2.9), layout="constrained")
         axes = figure.subplots()
         _axes(figure, axes, frame, ground)
         fixed, own = frame.ids <= ground.base, in_heap(frame, ground)
@@ -60,7 +60,7 @@ def snapshot(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
 def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 1.2) -> None:
     """Centre-to-centre vectors of pairs closer than ``range_`` (figs. 2, 5, 6, 8): light regions are loosely packed."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 4.2), layout="constrained")
+        figure = Figure(figsize=(WIDE, 2.9), layout="constrained")
         axes = figure.subplots()
         _axes(figure, axes, frame, ground)
         table = frame.contacts.select(frame.contacts.distance < range_)
@@ -73,7 +73,7 @@ def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 
 def forces(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """Normal forces as lines whose width is the force (fig. 3a), and the base force profile below (fig. 3b)."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 6.0), layout="constrained")
+        figure = Figure(figsize=(WIDE, 4.6), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
         _axes(figure, top, frame, ground)
         table = frame.contacts
@@ -94,21 +94,21 @@ def maps(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """Voidage, and lines along the largest compression coloured by its size."""
     grid = fields(frame, ground)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 7.2), layout="constrained")
+        figure = Figure(figsize=(WIDE, 5.2), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for axes in (top, bottom):
             _axes(figure, axes, frame, ground)
         image = top.pcolormesh(grid.x, grid.y, grid.voidage, cmap="viridis", shading="nearest")
-        figure.colorbar(image, ax=top, label="voidage")
+        figure.colorbar(image, ax=top, label="voidage", aspect=12)
         size = np.linalg.eigvalsh(np.nan_to_num(grid.stress))[..., 1]
         along = grid.major
         # a line has no sense of direction: let all point downwards, so that neighbours agree
         along = np.where(along[..., 1:] > 0.0, -along, along)
         along[np.isnan(grid.voidage)] = np.nan
         lines = bottom.streamplot(
-            grid.x, grid.y, along[..., 0], along[..., 1], color=size, cmap="magma_r", linewidth=0.9, arrowsize=0, density=1.6
+            grid.x, grid.y, along[..., 0], along[..., 1], color=size, cmap="magma_r", linewidth=0.9, arrowstyle="-", density=1.6
         )
-        figure.colorbar(lines.lines, ax=bottom, label=r"largest principal stress [$mg/\sigma$]")
+        figure.colorbar(lines.lines, ax=bottom, label=r"largest stress [$mg/\sigma$]", aspect=12)
         bottom.set(xlabel=r"$x/\sigma$")
         save(figure, path)
 

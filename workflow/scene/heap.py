@@ -256,9 +256,11 @@ class Heap(Parameters):
         step = self.step_choice.step
         # a look for falling grains every so many steps; in between no pair closes in by more than `ahead`
         look, ahead = max(1, round(0.05 / step)), 0.05 * FASTEST_APPROACH * self.impact_speed + 0.5
+        check = 5 * look
 
         def every(time: float) -> int:
-            return look * max(1, math.ceil(time / (look * step)))
+            """Steps in ``time``, a multiple of the interval between checks."""
+            return check * max(1, math.ceil(time / (check * step)))
 
         return {
             "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
@@ -268,7 +270,8 @@ class Heap(Parameters):
             "height": FLOOR + self.drop_height, "ahead": ahead,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance, "hold": self.hold,
             "step": step, "skin": self.neighbour_skin, "account": "yes" if self.account else "no",
-            "max_steps": every(self.longest_time), "check_every": look, "series_every": every(self.series_interval),
+            "max_steps": every(self.longest_time), "look_every": look, "check_every": check,
+            "series_every": every(self.series_interval),
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip

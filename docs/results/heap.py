@@ -113,9 +113,8 @@ def tables(runs: Path) -> None:
         half = statistics.mean(float(str(r["half_width"])) for r in of)
         spread = statistics.stdev(angles) if len(angles) > 1 else float("nan")
         mean = statistics.mean(angles) if angles else float("nan")
-        print(
-            f"{case:20s} heaps {len(of):2d}  angle {mean:5.1f} +- {spread:4.1f}  centre below maxima {100 * dip(x, force, half):5.1f} %"
-        )
+        below = 100.0 * dip(x, force, half)
+        print(f"{case:20s} heaps {len(of):2d}  angle {mean:5.1f} +- {spread:4.1f}  centre below maxima {below:5.1f} %")
     if rows:
         write("heap.csv", rows)
         write("heap_profile.csv", profiles)

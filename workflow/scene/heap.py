@@ -177,15 +177,20 @@ class Heap(Parameters):
         )
         return float(found.y[0].min())
 
+    def tangential_stiffness(self, distance: float) -> float:
+        """k_T(r) of a displacement d = 0 (eq. 7): 1.5 F_N/(alpha (r0 - r)), 0 without friction."""
+        return 1.5 * self.elastic(distance) / (self.alpha * (self.reach - distance)) if self.mu else 0.0
+
     @cached_property
     def step_choice(self) -> Step:
-        """The time step with its reason: the stiffest of the hardest impact (pair: reduced mass 1/2; sliding: 6 k_T), and of
-        a grain between six neighbours under the weight of the heap."""
+        """The time step with its reason: the stiffest of the hardest impact (a pair: 2 k; its sliding: 6 k_T), and of a grain
+        between six neighbours that carry the heap (3 (k + k_T), or the rate 12 C_T at which they stop its rotation)."""
         r = self.closest
-        tangential = 1.5 * self.elastic(r) / (self.alpha * (self.reach - r)) if self.mu else 0.0
-        impact = max(2.0 * self.stiffness(r), 6.0 * tangential)
-        load = math.sqrt(self.grains) + 1.0
-        pressed = 3.0 * (self.hooke * (1.0 + 1.5 / self.alpha) if self.hooke else 1.5 * (self.index + 1.0) * load)
+        impact = max(2.0 * self.stiffness(r), 6.0 * self.tangential_stiffness(r))
+        load = 1.5 * (math.sqrt(self.grains) + 1.0)
+        r = max(1.0 - load / self.hooke, 0.1) if self.hooke else load ** (-1.0 / (self.index + 1.0))
+        along = self.tangential_stiffness(r)
+        pressed = max(3.0 * (self.stiffness(r) + along), (24.0 * self.damping) ** 2 * along)
         period = 2.0 * math.pi / math.sqrt(max(impact, pressed))
         what = f"an impact at {self.impact_speed:.3g} (closest distance {r:.3f})" if impact > pressed else "a loaded grain"
         if self.step is not None:

@@ -138,6 +138,16 @@ def dip(x: Floats, force: Floats, half_width: float) -> float:
     return float(1.0 - force[inner].mean() / np.mean([force[side].max() for side in sides]))
 
 
+def equivalent_stiffness(index: float, cutoff: float, closest: float) -> float:
+    """k of the Hooke law that does the same work up to ``closest`` r_i < 1 [sigma] (B97 eq. 14):
+    2 (r_i^-n - r0^-n)/n / (1 - r_i)^2, in m g/sigma."""
+    if not 0.0 < closest < 1.0:
+        raise InputError(
+            f"equivalent stiffness: r_i = {closest} must lie between 0 and 1 sigma; take the closest pair of a run"
+        )
+    return 2.0 * (closest**-index - cutoff**-index) / index / (1.0 - closest) ** 2
+
+
 def smooth(x: Floats, at: Floats, values: Floats, width: float) -> Floats:
     """Means of ``values`` at ``x`` weighted with a Gaussian of standard deviation ``width``, (len(at),)."""
     weight = np.exp(-0.5 * ((at[:, None] - x) / width) ** 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from workflow.analysis.heap import Ground, measure
+from workflow.analysis.heap import Ground, equivalent_stiffness, measure
 from workflow.archive.read import Archive
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.scene.heap import FLOOR, Heap
@@ -26,6 +26,10 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
     numbers: dict[str, Any] = {"scene": scene.name, **measure(chosen, ground(scene), tracks if last else None)}
     closes = at and scene.account and scene.base == "rough" and scene.start == "pour" and at["energy_in"]
     numbers["energy_residual"] = {"value": at["residual"], "relative": at["residual"] / at["energy_in"]} if closes else None
+    if not scene.hooke and numbers["closest_pair"] < 0.0:
+        at_rest = 1.0 + numbers["closest_pair"]
+        stiffness = equivalent_stiffness(scene.index, scene.cutoff, at_rest)
+        numbers["equivalent_hooke"] = {"closest": at_rest, "stiffness": stiffness}
     step = scene.step_choice
     return numbers | {
         "equilibrated": bool(result.get("equilibrated")) if last else None,

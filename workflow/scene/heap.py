@@ -192,7 +192,11 @@ class Heap(Parameters):
         along = self.tangential_stiffness(r)
         pressed = max(3.0 * (self.stiffness(r) + along), (24.0 * self.damping) ** 2 * along)
         period = 2.0 * math.pi / math.sqrt(max(impact, pressed))
-        what = f"an impact at {self.impact_speed:.3g} (closest distance {self.closest:.3f})" if impact > pressed else "a loaded grain"
+        what = (
+            f"an impact at {self.impact_speed:.3g} (closest distance {self.closest:.3f})"
+            if impact > pressed
+            else "a loaded grain"
+        )
         if self.step is not None:
             return Step(self.step, period, f"given; {period / self.step:.1f} steps per stiffest period {period:.3g}, of {what}")
         reason = f"stiffest period {period:.3g}, of {what}, / {self.steps_per_period:g}"

@@ -65,3 +65,11 @@ def test_killed_heap_is_resumed(running: Callable[..., Any], wf: Wf) -> None:
     measures = json.loads(done.stdout)
     assert measures["poured"] == 150 and measures["base_force_profile"]["sum_over_weight"] == pytest.approx(1.0, abs=1e-3)
     assert record(run.directory)["status"] == "finished"
+
+
+def test_floor_that_holds_no_heap(wf: Wf) -> None:
+    words = ["--grains", "10", "--base", "flat", "--base-half-width", "5", "--drop-height", "10", "--max-time", "120"]
+    done = wf("run", "heap", *words, "--out", "flat")
+    assert done.returncode == 0 and "0 in the heap" in done.stdout, done.stderr
+    drawn = wf("plot", "flat")
+    assert drawn.returncode == 2 and "holds no heap" in drawn.stderr

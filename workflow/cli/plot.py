@@ -6,12 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from workflow.analysis.heap import avalanches
+from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
 from workflow.cli.measure import archived
 from workflow.cli.options import command
 from workflow.engine.heap import ground
 from workflow.engine.rundir import ARCHIVE, STAGES, RunDirectory
+from workflow.errors import InputError
 from workflow.scene.heap import Heap
 
 EXAMPLES = """
@@ -67,6 +68,8 @@ def heap_figures(directory: RunDirectory, scene: Heap, arguments: argparse.Names
     with Archive(directory / ARCHIVE) as archive:
         frame, tracks = archive.frame(arguments.frame), archive.tracks
     place, drawn = ground(scene), []
+    if not in_heap(frame, place).any():
+        raise InputError(f"frame {arguments.frame} of '{directory.path}' holds no heap; choose another with --frame")
     for name, draw in (("heap", heap.snapshot), ("vectors", heap.vectors), ("forces", heap.forces), ("maps", heap.maps)):
         paths = [out / f"{name}.{kind}" for kind in arguments.format]
         draw(frame, place, paths)

@@ -147,10 +147,12 @@ def heap_summary(measures: dict[str, Any], directory: RunDirectory) -> str:
             ("base forces", f"sum/weight {base['sum_over_weight']:.6f}   centre below the maxima by {100 * base['dip']:.0f} %")
         )
     rows += [
-        ("solid fraction", f"{measures['solid_fraction']:.3f}   six neighbours {100 * order['sixfold']:.0f} % of inner ones"),
         ("avalanches", f"{len(slides)}, the largest of {max((s['size'] for s in slides), default=0)} grains"),
         ("unbalanced [mg]", f"force {measures['unbalanced_force']:.2g}   largest overlap {-measures['closest_pair']:.3f}"),
     ]
+    if measures["solid_fraction"] is not None:
+        text = f"{measures['solid_fraction']:.3f}   six neighbours {100 * order['sixfold']:.0f} % of inner ones"
+        rows.append(("solid fraction", text))
     if energy:
         rows.append(("energy residual", f"{100 * energy['relative']:.2f} % of the energy that went through"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))

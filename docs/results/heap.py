@@ -35,7 +35,7 @@ CASES: dict[str, tuple[list[str], int]] = {
     "printed rotation": ([*N, "--printed-rotation"], 10),
     "spacing 1.0": ([*N, "--spacing", "1.0"], 10),
     "spacing 1.4": ([*N, "--spacing", "1.4"], 10),
-    "flat floor": ([*N, "--base", "flat"], 2),
+    "flat floor": (["--grains", "200", "--base", "flat"], 1),
     "pyramid": ([*N, "--start", "pyramid", "--spacing", "1.0"], 1),
     "1334 grains": ([], 10),
 }

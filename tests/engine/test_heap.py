@@ -85,6 +85,33 @@ def test_closed_form_of_the_fall_changes_nothing(tmp_path: Path) -> None:
     assert np.isnan(tracks[0].position).sum() > np.isnan(tracks[1].position).sum()
 
 
+@pytest.mark.parametrize("law", [{"index": 144, "cutoff": 1.047}, {"index": 300, "cutoff": 1.02}, {"hooke": 500.0}])
+def test_step_holds_for_stiff_laws_and_full_impact(tmp_path: Path, law: dict[str, float]) -> None:
+    """Falls from 100 sigma on a short base: what goes in is what is there, was lost or left."""
+    scene = Heap(**law, grains=4, base_half_width=6.0, feed_half_width=2.0, max_time=25.0, frame_interval=0.0)
+    series = read_series(run(prepare(tmp_path / "stiff", scene)) / "series.txt")
+    assert series["poured"][-1] == 4
+    # the damping of first order at 20 steps per stiffest period
+    assert np.abs(series["residual"]).max() < 0.05 * series["energy_in"][-1]
+    assert 1.0 - series["overlap"].max() > 0.9 * scene.closest
+
+
+def test_mirrored_feed_makes_the_mirrored_heap(tmp_path: Path) -> None:
+    scene = Heap(grains=5, drop_height=15.0, base_half_width=6.0, feed_half_width=2.0, max_time=14.0, seed=5)
+    plain, mirrored = (prepare(tmp_path / name, scene) for name in ("plain", "mirrored"))
+    rows = [line.split() for line in (plain / "feed.txt").read_text().splitlines()]
+    text = "".join(f"{tag} {time} {2.0 * scene.middle - float(x)!r} {size}\n" for tag, time, x, size in rows)
+    (mirrored / "feed.txt").write_text(text)
+    one, two = last(run(plain)), last(run(mirrored))
+    fed = one.ids > len(scene.base_discs())
+    # rounding of mirrored places, amplified by the first collisions
+    assert fed.sum() == 5
+    np.testing.assert_allclose(one.position[fed, 0] + two.position[fed, 0], 2.0 * scene.middle, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(one.position[fed, 1], two.position[fed, 1], rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(one.spin[fed], -two.spin[fed], rtol=0.0, atol=1e-7)
+    assert np.abs(one.spin[fed]).max() > 0.1
+
+
 def test_grains_that_leave_the_base_are_counted(tmp_path: Path) -> None:
     scene = Heap(grains=25, drop_height=10.0, base_half_width=3.0, frame_interval=0.0)
     folder = run(prepare(tmp_path / "narrow", scene))

@@ -61,7 +61,7 @@ def test_pyramid_rests_in_the_hollows(spacing: float) -> None:
 
 
 def test_step_follows_index_and_impact() -> None:
-    """A stiffer law and a higher drop need a smaller step; the paper's 1e-3 would be unstable at n = 144."""
+    """A stiffer law and a higher drop need a smaller step; fewer than four steps per stiffest period are refused."""
     steps = [Heap(index=n, cutoff=c).step_choice.step for n, c in ((36, 1.2), (144, 1.047), (300, 1.02))]
     assert steps[0] > 2.0 * steps[1] > 3.0 * steps[2]
     assert Heap(drop_height=20.0).step_choice.step > 1.5 * Heap().step_choice.step

@@ -13,10 +13,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <unistd.h>
 
 using namespace LAMMPS_NS;
-using disc::Neighbours;
 
 FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
@@ -49,12 +49,18 @@ FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(
       k += 2;
       continue;
     }
+    if (strcmp(arg[k], "aggregates") == 0 && k + 1 < narg) {
+      aggregates = utils::logical(FLERR, arg[k + 1], false, lmp);
+      k += 2;
+      continue;
+    }
     double *value = nullptr;
     for (const auto &keyword : keywords)
       if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
     if (!value)
       error->all(FLERR,
-                 "fix disc/equilibrium: unknown keyword '{}'; known are: unit length stress hold force energy stop",
+                 "fix disc/equilibrium: unknown keyword '{}'; known are: unit length stress hold force energy stop "
+                 "aggregates",
                  arg[k]);
     if (k + 1 >= narg) error->all(FLERR, "fix disc/equilibrium: keyword '{}' needs a value", arg[k]);
     *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
@@ -89,6 +95,8 @@ void FixDiscEquilibrium::init()
 {
   pair = dynamic_cast<PairDisc *>(force->pair);
   if (!pair) error->all(FLERR, "fix disc/equilibrium works with the pair styles of its plugin, such as disc/cohesive");
+  if (aggregates && atom->map_style == Atom::MAP_NONE)
+    error->all(FLERR, "fix disc/equilibrium: 'aggregates yes' needs 'atom_modify map array' or 'map hash'");
 }
 
 /* The clocks go on: through stages, and from a checkpoint. */
@@ -115,6 +123,7 @@ void FixDiscEquilibrium::measure()
   measure_pairs(stress);
   measure_grains(stress);
   watch_network();
+  if (aggregates) count_aggregates();
   double stop = 0.0;
   if (comm->me == 0 && !stop_file.empty() && access(stop_file.c_str(), F_OK) == 0) stop = 1.0;
   MPI_Bcast(&stop, 1, MPI_DOUBLE, 0, world);
@@ -136,17 +145,18 @@ void FixDiscEquilibrium::measure_pairs(double *stress)
   const int nlocal = atom->nlocal;
   double sums[4] = {0.0, 0.0, 0.0, 0.0}, most[2] = {0.0, 0.0};
   carrying.assign(nlocal + atom->nghost, 0.0);
-  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double weight) {
+  const std::vector<disc::Grain> &grains = pair->refreshed_grains();
+  pair->each([&](int i, int j, const PairDisc::Interaction &now, double weight) {
     sums[0] += weight * now.fx() * now.bx;
     sums[1] += weight * now.fy() * now.by;
     sums[now.state == PairDisc::CONTACT ? 2 : 3] += weight;
     if (carries(now)) {
-      carrying[p.i] += 1.0;
-      if (newton || p.j < nlocal) carrying[p.j] += 1.0;
+      carrying[i] += 1.0;
+      if (newton || j < nlocal) carrying[j] += 1.0;
     }
     most[0] = std::max(most[0], -now.gap);
-    const double *vi = atom->v[p.i], *vj = atom->v[p.j];
-    most[1] = std::max(most[1], ((vi[0] - vj[0]) * now.bx + (vi[1] - vj[1]) * now.by) / now.distance);
+    const disc::Grain &a = grains[i], &b = grains[j];
+    most[1] = std::max(most[1], ((a.vx - b.vx) * now.bx + (a.vy - b.vy) * now.by) / now.distance);
   });
   if (newton) comm->reverse_comm(this, 1);
   MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
@@ -201,10 +211,10 @@ void FixDiscEquilibrium::watch_network()
   const double least = pair->range() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
   comm->forward_comm(this, 1);
   uint64_t sum = 0;
-  pair->each([&](const Neighbours &p, const PairDisc::Interaction &now, double) {
+  pair->each([&](int i, int j, const PairDisc::Interaction &now, double) {
     if (now.state != PairDisc::CONTACT || now.elastic < least) return;
-    if (carrying[p.i] < needed() || carrying[p.j] < needed()) return;
-    const uint64_t a = std::min(atom->tag[p.i], atom->tag[p.j]), b = std::max(atom->tag[p.i], atom->tag[p.j]);
+    if (carrying[i] < needed() || carrying[j] < needed()) return;
+    const uint64_t a = std::min(atom->tag[i], atom->tag[j]), b = std::max(atom->tag[i], atom->tag[j]);
     uint64_t hash = (a << 32 | b) * 0x9E3779B97F4A7C15ull;    // multiplicative hash, mixed once more
     sum += (hash ^ hash >> 29) * 0xBF58476D1CE4E5B9ull;
   });
@@ -212,6 +222,60 @@ void FixDiscEquilibrium::watch_network()
   if (sum != network) changed = now();
   network = sum;
   figure[QUIET] = now() - changed;
+}
+
+/* Every grain gets the smallest tag of its aggregate.  A rank joins what it sees; where an aggregate reaches over to
+   other ranks, labels travel to the owners of ghosts and back until none changes: as often as it crosses a border. */
+void FixDiscEquilibrium::label_aggregates()
+{
+  const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
+  std::vector<int> root(nall);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&root](int i) {
+    while (root[i] != i)
+      i = root[i] = root[root[i]];
+    return i;
+  };
+  for (int i = nlocal; i < nall; i++) {    // images of one grain are one
+    const int owned = atom->map(atom->tag[i]);
+    root[find(i)] = find(owned);
+  }
+  pair->each([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
+
+  label.resize(nall);
+  for (int i = 0; i < nall; i++)
+    label[i] = atom->tag[i];
+  labelling = true;
+  int changed = 1;
+  while (changed) {
+    changed = 0;
+    for (int i = 0; i < nall; i++)
+      label[find(i)] = std::min(label[find(i)], label[i]);
+    for (int i = 0; i < nall; i++) {
+      const double smallest = label[find(i)];
+      if (label[i] != smallest) changed = 1;
+      label[i] = smallest;
+    }
+    if (comm->nprocs == 1) break;    // the images were joined above
+    comm->reverse_comm(this, 1);
+    comm->forward_comm(this, 1);
+    MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, world);
+  }
+  labelling = false;
+}
+
+void FixDiscEquilibrium::count_aggregates()
+{
+  label_aggregates();
+  std::vector<int> size(atom->map_tag_max + 1, 0);
+  for (int i = 0; i < atom->nlocal; i++)
+    size[static_cast<tagint>(label[i])]++;
+  if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, size.data(), size.size(), MPI_INT, MPI_SUM, world);
+  const double count = size.size() - std::count(size.begin(), size.end(), 0);
+  if (parts >= 0.0 && count != parts) changed = now();
+  figure[AGGREGATES] = parts = count;
+  figure[QUIET] = now() - changed;
+  figure[LARGEST] = *std::max_element(size.begin(), size.end());
 }
 
 bool FixDiscEquilibrium::within_tolerance() const
@@ -229,36 +293,42 @@ double FixDiscEquilibrium::compute_vector(int n) { return figure[n]; }
 
 int FixDiscEquilibrium::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
+  const std::vector<double> &value = labelling ? label : carrying;
   for (int k = 0; k < n; k++)
-    buf[k] = carrying[list[k]];
+    buf[k] = value[list[k]];
   return n;
 }
 
 void FixDiscEquilibrium::unpack_forward_comm(int n, int first, double *buf)
 {
-  std::copy(buf, buf + n, carrying.begin() + first);
+  std::copy(buf, buf + n, (labelling ? label : carrying).begin() + first);
 }
 
 int FixDiscEquilibrium::pack_reverse_comm(int n, int first, double *buf)
 {
-  std::copy(carrying.begin() + first, carrying.begin() + first + n, buf);
+  const auto from = (labelling ? label : carrying).begin() + first;
+  std::copy(from, from + n, buf);
   return n;
 }
 
 void FixDiscEquilibrium::unpack_reverse_comm(int n, int *list, double *buf)
 {
   for (int k = 0; k < n; k++)
-    carrying[list[k]] += buf[k];
+    if (labelling)
+      label[list[k]] = std::min(label[list[k]], buf[k]);
+    else
+      carrying[list[k]] += buf[k];
 }
 
 void FixDiscEquilibrium::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  const int size = 2 * sizeof(double) + sizeof(network);
+  const int size = 3 * sizeof(double) + sizeof(network);
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(&since, sizeof(since), 1, fp);
   fwrite(&changed, sizeof(changed), 1, fp);
   fwrite(&network, sizeof(network), 1, fp);
+  fwrite(&parts, sizeof(parts), 1, fp);
 }
 
 void FixDiscEquilibrium::restart(char *buf)
@@ -266,4 +336,5 @@ void FixDiscEquilibrium::restart(char *buf)
   memcpy(&since, buf, sizeof(since));
   memcpy(&changed, buf + sizeof(since), sizeof(changed));
   memcpy(&network, buf + sizeof(since) + sizeof(changed), sizeof(network));
+  memcpy(&parts, buf + sizeof(since) + sizeof(changed) + sizeof(network), sizeof(parts));
 }

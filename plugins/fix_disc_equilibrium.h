@@ -14,6 +14,7 @@ namespace LAMMPS_NS
 {
 
 /* fix ID all disc/equilibrium N unit F1 length a [stress S_x S_y] [hold t] [force e_f] [energy e_k] [stop file]
+   [aggregates yes|no]
 
    Every N steps, how far the packing is from equilibrium by G07 sec. II D, in units of the force F1 = max(F0, P a):
    largest net force < e_f F1, largest net moment < e_f F1 a, |stress - target| < e_f F1/a on each controlled axis,
@@ -25,7 +26,10 @@ namespace LAMMPS_NS
    Vector: 1 largest net force; 2 largest net moment; 3, 4 stresses; 5 kinetic energy per grain without drift and
    rattlers; 6 raw kinetic energy per grain; 7 rattlers; 8 contacts; 9 distant pairs; 10 time the criteria have held;
    11 largest overlap; 12 largest approach speed of two touching or attracting grains; 13 time since the network, the
-   contacts that hold grains which are no rattlers, last changed; 14 is 1 once the stop file exists. */
+   contacts that hold grains which are no rattlers (and the number of aggregates, if counted), last changed; 14 is 1
+   once the stop file exists; 15 number of aggregates, 16 grains in the largest (0 unless asked for with `aggregates
+   yes`): sets of grains connected by interactions, contacts or distant pairs, through the periodic cell; a lone grain
+   is one. */
 class FixDiscEquilibrium : public Fix
 {
 public:
@@ -60,6 +64,8 @@ private:
     APPROACH,
     QUIET,
     STOP,
+    AGGREGATES,
+    LARGEST,
     FIGURES
   };
 
@@ -68,6 +74,8 @@ private:
   void measure_pairs(double *stress);
   void measure_grains(const double *stress);
   void watch_network();
+  void count_aggregates();
+  void label_aggregates();
   bool within_tolerance() const;
   bool carries(const PairDisc::Interaction &) const;
   double needed() const;
@@ -83,6 +91,10 @@ private:
   uint64_t network = 0;    // sum over its contacts of a hash of the two tags
   std::string stop_file;
   std::vector<double> carrying;    // per grain: interactions that carry more than the tolerance
+  bool aggregates = false;
+  double parts = -1.0;          // aggregates counted last; a change of their number is a change of the network
+  std::vector<double> label;    // per grain: smallest tag known to belong to its aggregate
+  bool labelling = false;       // communication carries labels (smallest wins), not `carrying` (summed)
 };
 
 }    // namespace LAMMPS_NS

@@ -16,8 +16,8 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-using disc::Neighbours;
-using disc::Springs;
+using disc::Grain;
+using PairMemory = disc::Memory;
 
 FixDiscHistory::FixDiscHistory(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
@@ -55,65 +55,170 @@ void FixDiscHistory::init()
                neighbor->skin, range, 2.0 * range);
 }
 
-/* ---- when to rebuild ---- */
+/* ---- LAMMPS's arrays and the kernel's ---- */
 
-/* A pair that is not listed was at least R_i + R_j + skin apart when the list was built.  With u the largest
-   displacement beyond the affine motion and s < 1 the smallest stretch of the cell since then, it now is at least s
-   (R_i + R_j + skin) - 2 u apart, which must stay above R_i + R_j + range. */
-void FixDiscHistory::post_integrate()
+void FixDiscHistory::load(int from, int to)
+{
+  const double *const x = atom->x[0], *const v = atom->v[0], *const w = atom->omega[0], *const r = atom->radius,
+                      *const m = atom->rmass;
+  for (int i = from, k = 3 * from; i < to; i++, k += 3)
+    grains[i] = {x[k], x[k + 1], v[k], v[k + 1], w[k + 2], r[i] * w[k + 2], r[i], 1.0 / m[i]};
+}
+
+void FixDiscHistory::load_actions()
+{
+  const double *const f = atom->f[0], *const torque = atom->torque[0];
+  for (int i = 0, k = 0; i < atom->nlocal; i++, k += 3)
+    actions[i] = {f[k], f[k + 1], torque[k + 2], 0.0};
+}
+
+void FixDiscHistory::store() const
+{
+  double *const x = atom->x[0], *const v = atom->v[0], *const w = atom->omega[0];
+  for (int i = 0, k = 0; i < atom->nlocal; i++, k += 3) {
+    const Grain &g = grains[i];
+    x[k] = g.x;
+    x[k + 1] = g.y;
+    v[k] = g.vx;
+    v[k + 1] = g.vy;
+    w[k + 2] = g.w;
+  }
+}
+
+void FixDiscHistory::store_actions() const
+{
+  double *const f = atom->f[0], *const torque = atom->torque[0];
+  for (int i = 0, k = 0; i < atom->nlocal; i++, k += 3) {
+    const disc::Action &a = actions[i];
+    f[k] = a.fx;
+    f[k + 1] = a.fy;
+    torque[k + 2] = a.moment + grains[i].r * a.tangential;
+  }
+}
+
+/* ---- how far grains moved ---- */
+
+/* Two centres at a distance b come to s b - 2 u at least, with u the largest displacement beyond the affine motion and
+   s < 1 the smaller stretch of the cell; unlisted pairs are less than 2 R + skin apart where it matters. */
+void FixDiscHistory::moved(double largest, const double *stretch)
 {
   const double dt = update->dt;
-  double stretch[2];
+  motion.dt = dt;
   for (int a = 0; a < 2; a++) {
-    const double now = domain->prd[a];
-    rate[a] = (now - last_cell[a]) / (0.5 * (now + last_cell[a]) * dt);
-    last_cell[a] = now;
-    stretch[a] = now / held_cell[a];
+    const double s = stretch[a], mean = 0.5 * (1.0 + s);
+    motion.carry[a] = second_order ? mean / s : 1.0;
+    motion.affine[a] = (s - 1.0) / ((second_order ? s : mean) * dt);
   }
+  motion.ahead = second_order ? 0.5 : 0.0;
+  if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double smallest = std::min({1.0, stretch[0], stretch[1]});
+  pace = 2.0 * largest + (1.0 - smallest) * (2.0 * largest_radius + neighbor->skin);
+  margin -= pace;
+  close_margin -= pace;
+  for (int a = 0; a < 2; a++) {
+    last_cell[a] = domain->prd[a];
+    last_corner[a] = domain->boxlo[a];
+  }
+  counted = true;
+}
 
-  const double *x = atom->x[0];
-  const double *h = held.data();
-  const double lo[2] = {domain->boxlo[0], domain->boxlo[1]};
-  const int nlocal = atom->nlocal;
+/* For integrators that do not call moved(): `grains` still holds the positions of the last evaluation. */
+void FixDiscHistory::post_integrate()
+{
+  if (!counted) follow();
+  counted = false;
+  if (margin <= 0.0) next_reneighbor = update->ntimestep;
+}
+
+void FixDiscHistory::follow()
+{
+  const double stretch[2] = {domain->prd[0] / last_cell[0], domain->prd[1] / last_cell[1]};
   double largest = 0.0, sum = 0.0;
-  for (int i = 0; i < nlocal; i++) {
-    const double ux = x[3 * i] - lo[0] - stretch[0] * h[2 * i];
-    const double uy = x[3 * i + 1] - lo[1] - stretch[1] * h[2 * i + 1];
-    const double u2 = ux * ux + uy * uy;
-    largest = std::max(largest, u2);
-    sum += u2;    // remembers a NaN, which a maximum forgets
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double ux = atom->x[i][0] - domain->boxlo[0] - stretch[0] * (grains[i].x - last_corner[0]);
+    const double uy = atom->x[i][1] - domain->boxlo[1] - stretch[1] * (grains[i].y - last_corner[1]);
+    largest = std::max(largest, ux * ux + uy * uy);
+    sum += ux * ux + uy * uy;    // remembers a NaN, which a maximum forgets
   }
+  require_number(sum);
+  moved(std::sqrt(largest), stretch);
+}
+
+void FixDiscHistory::require_number(double sum) const
+{
   if (!std::isfinite(sum))
     error->one(
         FLERR,
         "the position of a grain is not a number at step {}: centres of two grains coincide, or the step {} is far too "
         "large",
-        update->ntimestep, dt);
-  if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-
-  const double smallest = std::min({1.0, stretch[0], stretch[1]});
-  const double slack = smallest * neighbor->skin - range - 2.0 * (1.0 - smallest) * largest_radius;
-  if (2.0 * std::sqrt(largest) >= slack) next_reneighbor = update->ntimestep;
+        update->ntimestep, update->dt);
 }
 
-void FixDiscHistory::hold()
+/* ---- the close pairs ---- */
+
+/* Made rarely enough not to matter (after some 50 steps at the present pace), yet with few pairs that do not act. */
+void FixDiscHistory::choose_close()
 {
-  const int nlocal = atom->nlocal;
-  held.resize(2 * static_cast<size_t>(nlocal));
-  for (int i = 0; i < nlocal; i++) {
-    held[2 * i] = atom->x[i][0] - domain->boxlo[0];
-    held[2 * i + 1] = atom->x[i][1] - domain->boxlo[1];
+  if (close_margin > 0.0) return;
+  if (!from_partners) {
+    memory.assign(neighbours.size(), PairMemory());
+    known.assign(neighbours.size(), 0);
+    for (int c = 0; c < close.count; c++) {
+      memory[close.at[c]] = close.memory(c);
+      known[close.at[c]] = 1;
+    }
   }
-  for (int a = 0; a < 2; a++)
-    held_cell[a] = domain->prd[a];
+  from_partners = false;
+  close_margin = std::min(margin, std::max(0.002 * largest_radius, 50.0 * pace));
+  const double reach = range + close_margin;
+  first.assign(atom->nlocal + 1, 0);
+  close.clear();
+  int owner = 0;
+  for (int k = 0; k < static_cast<int>(neighbours.size()); k++) {
+    const Neighbours &p = neighbours[k];
+    const Grain &a = grains[p.i], &b = grains[p.j];
+    const double bx = b.x - a.x, by = b.y - a.y, apart = a.r + b.r + reach;
+    if (bx * bx + by * by >= apart * apart) continue;
+    while (owner <= p.i)
+      first[owner++] = close.count;
+    close.add(p.i, p.j, k, p.eta, known[k] ? memory[k] : newly_close(p));
+  }
+  while (owner <= atom->nlocal)
+    first[owner++] = close.count;
+  close.pad();
+}
+
+void FixDiscHistory::rescale(double springs, double viscosity)
+{
+  for (int c = 0; c < close.count; c++) {
+    close.stretch[c] *= springs;
+    close.rotation[c] *= springs;
+    close.eta[c] *= viscosity;
+  }
+  for (Neighbours &p : neighbours)
+    p.eta *= viscosity;
+}
+
+/* d|b|/dt in the middle of the step, as the kernels compute it */
+PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
+{
+  if (!second_order) return {};
+  const Grain &a = grains[p.i], &b = grains[p.j];
+  const double bx = b.x - a.x, by = b.y - a.y, distance = std::sqrt(bx * bx + by * by);
+  const double ux = motion.carry[0] * (b.vx - a.vx) + motion.affine[0] * bx;
+  const double uy = motion.carry[1] * (b.vy - a.vy) + motion.affine[1] * by;
+  const double un = (bx * ux + by * uy) / distance, ut = (bx * uy - by * ux) / distance;
+  return {0.0, 0.0, un - 0.5 * motion.dt * ut * ut / distance};
 }
 
 /* ---- from the records to the grains ---- */
 
 void FixDiscHistory::setup_pre_exchange()
 {
-  for (int a = 0; a < 2; a++)
+  for (int a = 0; a < 2; a++) {
     last_cell[a] = domain->prd[a];
+    last_corner[a] = domain->boxlo[a];
+  }
   pre_exchange();
 }
 
@@ -138,16 +243,18 @@ void FixDiscHistory::remember()
   if (static_cast<int>(partners.size()) < nall) partners.resize(nall);
   for (int i = 0; i < nall; i++)
     partners[i].clear();
-  for (const Neighbours &p : pairs) {
-    if (p.springs.stretch == 0.0 && p.springs.rotation == 0.0) continue;
-    partners[p.i].push_back({tag[p.j], p.springs});
+  for (int c = 0; c < close.count; c++) {
+    const PairMemory m = close.memory(c);
+    const int i = close.i[c], j = close.j[c];
+    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0) continue;
+    partners[i].push_back({tag[j], m});
     // with newton off the owner of a ghost has a record of its own
-    if (newton || p.j < nlocal) partners[p.j].push_back({tag[p.i], {p.springs.stretch, -p.springs.rotation}});
+    if (newton || j < nlocal) partners[j].push_back({tag[i], {m.stretch, -m.rotation, m.speed}});
   }
   if (newton) comm->reverse_comm_variable(this);
-  maxexchange = 1;
+  maxexchange = FORCE + 1;
   for (int i = 0; i < nlocal; i++)
-    maxexchange = std::max(maxexchange, 1 + ENTRY * static_cast<int>(partners[i].size()));
+    maxexchange = std::max(maxexchange, FORCE + 1 + ENTRY * static_cast<int>(partners[i].size()));
 }
 
 /* ---- from the grains to the records ---- */
@@ -166,21 +273,28 @@ void FixDiscHistory::post_neighbor()
   MPI_Allreduce(MPI_IN_PLACE, &largest_radius, 1, MPI_DOUBLE, MPI_MAX, world);
   require_unique_images(2.0 * largest_radius + neighbor->skin);
 
-  pairs.clear();
-  first.assign(nlocal + 1, 0);
+  neighbours.clear();
+  memory.clear();
+  known.clear();
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
-    first[i] = static_cast<int>(pairs.size());
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
-      Springs springs{0.0, 0.0};
+      neighbours.push_back({i, j, law->viscosity(i, j)});
+      memory.emplace_back();
+      known.push_back(0);
       for (const Partner &partner : partners[i])
-        if (partner.tag == tag[j]) springs = partner.springs;
-      pairs.push_back({i, j, radius[i], radius[j], law->viscosity(i, j), springs, 0.0});
+        if (partner.tag == tag[j]) {
+          memory.back() = partner.memory;
+          known.back() = 1;
+        }
     }
   }
-  first[nlocal] = static_cast<int>(pairs.size());
-  hold();
+  grains.resize(nlocal + atom->nghost);
+  actions.assign(nlocal + atom->nghost, disc::Action());
+  margin = neighbor->skin - range;
+  close_margin = 0.0;    // `close` is made before the next evaluation
+  from_partners = true;
   listed = true;
 }
 
@@ -195,11 +309,11 @@ void FixDiscHistory::require_unique_images(double reach) const
           domain->prd[a], a ? 'y' : 'x', 2.0 * reach);
 }
 
-const Neighbours *FixDiscHistory::find(int i, int j) const
+int FixDiscHistory::find(int i, int j) const
 {
-  for (int k = first[i]; k < first[i + 1]; k++)
-    if (pairs[k].j == j) return &pairs[k];
-  return nullptr;
+  for (int c = first[i]; c < first[i + 1]; c++)
+    if (close.j[c] == j) return c;
+  return -1;
 }
 
 /* ---- per-atom bookkeeping of LAMMPS ---- */
@@ -207,34 +321,54 @@ const Neighbours *FixDiscHistory::find(int i, int j) const
 void FixDiscHistory::grow_arrays(int nmax)
 {
   if (static_cast<int>(partners.size()) < nmax) partners.resize(nmax);
+  if (static_cast<int>(restored.size()) < nmax) restored.resize(nmax);
 }
 
-void FixDiscHistory::copy_arrays(int i, int j, int /*delflag*/) { partners[j] = partners[i]; }
+void FixDiscHistory::copy_arrays(int i, int j, int /*delflag*/)
+{
+  partners[j] = partners[i];
+  restored[j] = restored[i];
+}
 
 void FixDiscHistory::set_arrays(int i) { partners[i].clear(); }
 
-int FixDiscHistory::pack_exchange(int i, double *buf)
+int FixDiscHistory::pack_partners(int i, double *buf) const
 {
   int m = 0;
   buf[m++] = static_cast<double>(partners[i].size());
   for (const Partner &p : partners[i]) {
     buf[m++] = ubuf(p.tag).d;
-    buf[m++] = p.springs.stretch;
-    buf[m++] = p.springs.rotation;
+    buf[m++] = p.memory.stretch;
+    buf[m++] = p.memory.rotation;
+    buf[m++] = p.memory.speed;
   }
   return m;
 }
 
-int FixDiscHistory::unpack_exchange(int nlocal, double *buf)
+/* appends */
+int FixDiscHistory::unpack_partners(int i, const double *buf)
 {
   int m = 0;
-  partners[nlocal].resize(static_cast<size_t>(buf[m++]));
-  for (Partner &p : partners[nlocal]) {
-    p.tag = static_cast<tagint>(ubuf(buf[m++]).i);
-    p.springs.stretch = buf[m++];
-    p.springs.rotation = buf[m++];
+  for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
+    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3]}});
+    m += ENTRY;
   }
   return m;
+}
+
+int FixDiscHistory::pack_exchange(int i, double *buf)
+{
+  buf[0] = restored[i].fx;
+  buf[1] = restored[i].fy;
+  buf[2] = restored[i].moment;
+  return FORCE + pack_partners(i, buf + FORCE);
+}
+
+int FixDiscHistory::unpack_exchange(int i, double *buf)
+{
+  restored[i] = {buf[0], buf[1], buf[2], 0.0};
+  partners[i].clear();
+  return FORCE + unpack_partners(i, buf + FORCE);
 }
 
 int FixDiscHistory::pack_reverse_comm_size(int n, int first_ghost)
@@ -249,20 +383,15 @@ int FixDiscHistory::pack_reverse_comm(int n, int first_ghost, double *buf)
 {
   int m = 0;
   for (int i = first_ghost; i < first_ghost + n; i++)
-    m += pack_exchange(i, buf + m);
+    m += pack_partners(i, buf + m);
   return m;
 }
 
 void FixDiscHistory::unpack_reverse_comm(int n, int *list, double *buf)
 {
   int m = 0;
-  for (int k = 0; k < n; k++) {
-    auto &mine = partners[list[k]];
-    for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
-      mine.push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2]}});
-      m += ENTRY;
-    }
-  }
+  for (int k = 0; k < n; k++)
+    m += unpack_partners(list[k], buf + m);
 }
 
 /* ---- restart ---- */
@@ -271,9 +400,11 @@ void FixDiscHistory::write_restart(FILE *fp)
 {
   // memory may be newer in the records than in the partner lists: the restart step's own force evaluation came since
   if (listed) remember();
-  double sums[3] = {loss.viscous, loss.sliding, loss.rolling};
+  double sums[3] = {lost.viscous, lost.sliding, lost.rolling};
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
-  const double state[5] = {sums[0], sums[1], sums[2], rate[0], rate[1]};
+  const double within_run =
+      update->whichflag == 1 ? 1.0 : 0.0;    // else the next run evaluates forces anew in any case
+  const double state[5] = {sums[0], sums[1], sums[2], pace, within_run};
   if (comm->me == 0) {
     const int size = sizeof(state);
     fwrite(&size, sizeof(int), 1, fp);
@@ -284,16 +415,34 @@ void FixDiscHistory::write_restart(FILE *fp)
 void FixDiscHistory::restart(char *buf)
 {
   const auto *state = reinterpret_cast<const double *>(buf);
-  if (comm->me == 0) loss = {state[0], state[1], state[2]};
-  rate[0] = state[3];
-  rate[1] = state[4];
+  if (comm->me == 0) {
+    lost.viscous = state[0];
+    lost.sliding = state[1];
+    lost.rolling = state[2];
+  }
+  pace = state[3];
+  restored_step = state[4] > 0.0 ? update->ntimestep : -1;
+}
+
+bool FixDiscHistory::goes_on() const { return update->ntimestep == restored_step; }
+
+void FixDiscHistory::restore_forces() const
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    atom->f[i][0] = restored[i].fx;
+    atom->f[i][1] = restored[i].fy;
+    atom->torque[i][2] = restored[i].moment;
+  }
 }
 
 int FixDiscHistory::pack_restart(int i, double *buf)
 {
-  const int m = pack_exchange(i, buf + 1);
-  buf[0] = m + 1;
-  return m + 1;
+  buf[1] = atom->f[i][0];
+  buf[2] = atom->f[i][1];
+  buf[3] = atom->torque[i][2];
+  const int m = 1 + FORCE + pack_partners(i, buf + 1 + FORCE);
+  buf[0] = m;
+  return m;
 }
 
 void FixDiscHistory::unpack_restart(int nlocal, int nth)
@@ -305,7 +454,7 @@ void FixDiscHistory::unpack_restart(int nlocal, int nth)
   unpack_exchange(nlocal, extra + m + 1);
 }
 
-int FixDiscHistory::size_restart(int i) { return 2 + ENTRY * static_cast<int>(partners[i].size()); }
+int FixDiscHistory::size_restart(int i) { return 2 + FORCE + ENTRY * static_cast<int>(partners[i].size()); }
 
 int FixDiscHistory::maxsize_restart()
 {
@@ -313,13 +462,16 @@ int FixDiscHistory::maxsize_restart()
   for (const auto &list : partners)
     most = std::max(most, static_cast<int>(list.size()));
   MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, world);
-  return 2 + ENTRY * most;
+  return 2 + FORCE + ENTRY * most;
 }
 
 double FixDiscHistory::memory_usage()
 {
-  double bytes = pairs.capacity() * sizeof(Neighbours) + partners.capacity() * sizeof(partners[0]);
+  double bytes = grains.capacity() * sizeof(Grain) + (actions.capacity() + restored.capacity()) * sizeof(disc::Action) +
+                 neighbours.capacity() * (sizeof(Neighbours) + sizeof(PairMemory) + 1) +
+                 first.capacity() * sizeof(int) + close.i.capacity() * (3 * sizeof(int) + 5 * sizeof(double)) +
+                 partners.capacity() * sizeof(partners[0]);
   for (const auto &list : partners)
     bytes += list.capacity() * sizeof(Partner);
-  return bytes + held.capacity() * sizeof(double) + first.capacity() * sizeof(int);
+  return bytes;
 }

@@ -3,20 +3,26 @@
 #ifndef LMP_FIX_DISC_HISTORY_H
 #define LMP_FIX_DISC_HISTORY_H
 
-#include "contact_list.h"
 #include "fix.h"
+#include "kernels/sweep.h"
 
 #include <vector>
 
 namespace LAMMPS_NS
 {
 
-/* The list of neighbouring discs with the memory of their contacts; one mechanism for every law of this plugin.
+/* The neighbouring discs with the memory of their contacts; one mechanism for every law of this plugin.
 
-   Between two rebuilds of LAMMPS's neighbour list the memory lives in the records of `pairs`.  Before atoms may move
-   (sorting, migration, restart) it is written to both grains of a contact, keyed by the partner's tag; afterwards it is
-   read back into the new records.  The fix also decides when the list must be rebuilt: no pair within `range` of
-   touching is ever missed, whatever the cell does, because the displacement is measured relative to its affine motion.
+   Three lists, each made from the one before: LAMMPS's neighbour list (gap < skin), `neighbours` (the same pairs,
+   flat), and `close` (pairs that may act before the list is made again, with their memory), the only one that a force
+   evaluation reads.  How far grains may have moved, relative to the affine motion of the cell, is counted step by step:
+   when it uses up the margin of `close`, that list is made again; when it uses up the margin of `neighbours`, LAMMPS
+   rebuilds its own.  No pair within `range` of touching is ever missed, whatever the cell does.
+
+   Before atoms may move in memory (sorting, migration, restart) the memory is written to both grains of a contact,
+   keyed by the partner's tag; afterwards it is read back.
+
+   `grains` and `actions` are the kernel's copies of what LAMMPS holds: load() and store() carry over.
 
    Created by the pair style; not for use in a deck. */
 class FixDiscHistory : public Fix
@@ -51,33 +57,64 @@ public:
   void unpack_reverse_comm(int, int *, double *) override;
   double memory_usage() override;
 
-  const disc::Neighbours *find(int i, int j) const;    // nullptr if the pair is not listed
-  bool current() const { return listed; }              // the records belong to the grains and ghosts as they lie now
+  // LAMMPS's arrays -> grains, actions; and back
+  void load(int first, int last);
+  void load_actions();
+  void store() const;
+  void store_actions() const;
 
-  std::vector<disc::Neighbours> pairs;
-  disc::Loss loss;    // of this rank; the pair style adds to it
-  double rate[2] = {0.0,
-                    0.0};    // dL/dt / L per axis over the last step: the affine motion between two force evaluations
-  double range = 0.0;        // gap up to which the law acts; set by the pair style
+  /* Grains of this rank moved by at most `largest` beyond the affine motion, the cell was stretched; collective. */
+  void moved(double largest, const double *stretch);
+  void require_number(double) const;
+  bool rebuild_due() const { return margin <= 0.0; }
+  void choose_close();                               // if the margin of `close` is used up
+  void rescale(double springs, double viscosity);    // what contacts remember, when the law changes
+  int find(int i, int j) const;                      // place in `close`, -1 if not there
+  bool goes_on() const;    // this step continues a run from its restart file, which holds its forces
+  void restore_forces() const;
+  bool current() const { return listed; }    // the lists belong to the grains and ghosts as they lie now
+
+  std::vector<disc::Grain> grains;      // owned and ghosts
+  std::vector<disc::Action> actions;    // zero between steps for ghosts
+  disc::Contacts close;
+  disc::Sums lost;              // dissipated so far, of this rank; the pair style adds to it
+  disc::Motion motion;          // since the last evaluation
+  bool second_order = false;    // see disc::Motion; set by the pair style
+  double range = 0.0;           // gap up to which the law acts; set by the pair style
 
 private:
+  struct Neighbours {
+    int i, j;
+    double eta;
+  };
   struct Partner {
     tagint tag;
-    disc::Springs springs;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
+    disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 3;    // doubles per partner on the wire
+  static constexpr int ENTRY = 4;    // doubles per partner on the wire
+  static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();
-  void hold();
+  void follow();
+  int pack_partners(int i, double *) const;
+  int unpack_partners(int i, const double *);
   void require_unique_images(double reach) const;
+  disc::Memory newly_close(const Neighbours &) const;
 
+  std::vector<Neighbours> neighbours;
+  std::vector<disc::Memory> memory;              // of `neighbours` while `close` is being made
+  std::vector<char> known;                       // has a memory
+  std::vector<int> first;                        // in `close`: those of grain i are first[i] .. first[i+1]-1
   std::vector<std::vector<Partner>> partners;    // per atom, ghosts included while remembering
-  std::vector<int> first;                        // pairs of local atom i are first[i] .. first[i+1]-1
-  std::vector<double> held;                      // positions at the last rebuild, relative to the cell corner
-  double held_cell[2] = {1.0, 1.0};
-  double last_cell[2] = {0.0, 0.0};
+  std::vector<disc::Action> restored;            // per atom: force and torque of a run that goes on from a restart
+  bigint restored_step = -1;
+  double last_cell[2] = {1.0, 1.0}, last_corner[2] = {0.0, 0.0};
   double largest_radius = 0.0;
-  bool listed = false;    // see current(); the partner lists may be older
+  double margin = 0.0, close_margin = 0.0;    // left of the gap that no unlisted pair is below
+  double pace = 0.0;                          // of that, used in the last step
+  bool from_partners = false;                 // `memory` was filled when the neighbours were listed
+  bool counted = false;                       // moved() was called in this step
+  bool listed = false;                        // see current(); the partner lists may be older
 };
 
 }    // namespace LAMMPS_NS

@@ -7,6 +7,7 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "modify.h"
 #include "pair_disc.h"
 #include "update.h"
 #include "utils.h"
@@ -124,10 +125,10 @@ int FixDiscIntegrate::setmask()
 /* Grains change places in memory only when lists are rebuilt; divisions are dear. */
 void FixDiscIntegrate::post_neighbor()
 {
-  inverse.resize(atom->nlocal);
+  inertia_of.resize(atom->nlocal);
   for (int i = 0; i < atom->nlocal; i++) {
     const double m = atom->rmass[i], r = atom->radius[i];
-    inverse[i] = {1.0 / m, 2.0 / (m * r * r)};    // I = m R^2/2
+    inertia_of[i] = {m, 2.0 / (m * r * r)};    // I = m R^2/2
   }
 }
 
@@ -135,66 +136,103 @@ void FixDiscIntegrate::init()
 {
   pair = dynamic_cast<PairDisc *>(force->pair);
   if (!pair) error->all(FLERR, "fix disc/integrate works with the pair styles of its plugin, such as disc/cohesive");
+  history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
   if (stress_control && inertia <= 0.0)
     error->all(FLERR, "fix disc/integrate: the grains have no mass; define the fix after the masses");
   pair->wants_stress = pair->wants_stress || stress_control;
 }
 
-void FixDiscIntegrate::setup(int) { measure_stress(); }
+void FixDiscIntegrate::setup(int)
+{
+  if (history->goes_on()) {    // as the run that wrote the restart: forces and stress at half-step velocities
+    history->restore_forces();
+    return;
+  }
+  double kinetic[2] = {0.0, 0.0};
+  const double *const v = atom->v[0], *const m = atom->rmass;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int a = 0; a < 2; a++)
+      kinetic[a] += m[i] * v[3 * i + a] * v[3 * i + a];
+  measure_stress(kinetic);
+}
 
-/* Half a kick, then the cell moves its grains and the grains move in the cell.  The lower corner stays where it is. */
+/* ---- a step as LAMMPS takes it: its arrays are carried to the kernel's and back ---- */
+
 void FixDiscIntegrate::initial_integrate(int)
 {
-  const double dt = update->dt;
-  kick_cell(0.5 * dt);
-  kick_grains(0.5 * dt);
-
-  double stretch[2] = {1.0, 1.0};
-  for (int a = 0; a < 2; a++) {
-    const double before = domain->prd[a];
-    const double change = -axis[a].strain_rate * axis[a].start * dt;
-    if (change == 0.0) continue;
-    stretch[a] = 1.0 + change / before;
-    if (!(stretch[a] > 0.5))
-      error->all(
-          FLERR,
-          "fix disc/integrate: the cell collapsed (length {} along {} shrinks by {} in one step); use a smaller step, "
-          "a larger mass or a rate cap",
-          before, a ? 'y' : 'x', -change);
-    domain->boxhi[a] = domain->boxlo[a] + before * stretch[a];
-    // half of the work at the old forces, half at the new ones (final_integrate)
-    work -= 0.5 * change / (before + 0.5 * change) * (axis[a].virial - convention * axis[a].kinetic);
-  }
-  const bool moved = stretch[0] != 1.0 || stretch[1] != 1.0;
-  if (moved) {
-    domain->set_global_box();
-    domain->set_local_box();
-  }
-
-  double *const x = atom->x[0];
-  const double *const v = atom->v[0];
-  const int nlocal = atom->nlocal;
-  if (moved) {
-    const double lo[2] = {domain->boxlo[0], domain->boxlo[1]};
-    const double drift[2] = {0.5 * (1.0 + stretch[0]) * dt, 0.5 * (1.0 + stretch[1]) * dt};
-    for (int i = 0; i < 3 * nlocal; i += 3) {
-      x[i] = lo[0] + stretch[0] * (x[i] - lo[0]) + drift[0] * v[i];
-      x[i + 1] = lo[1] + stretch[1] * (x[i + 1] - lo[1]) + drift[1] * v[i + 1];
-    }
-  } else {
-    for (int i = 0; i < 3 * nlocal; i += 3) {
-      x[i] += dt * v[i];
-      x[i + 1] += dt * v[i + 1];
-    }
-  }
+  history->load(0, atom->nlocal);
+  history->load_actions();
+  advance(false, true);
+  history->store();
 }
 
 void FixDiscIntegrate::final_integrate()
 {
+  history->load(0, atom->nlocal);
+  history->load_actions();
+  advance(true, false);
+  history->store();
+}
+
+/* ---- a step ---- */
+
+/* Half a kick ends a step; half a kick begins the next, then the cell moves its grains and the grains move in the cell.
+   One pass does what does not depend on what the cell does in between. */
+void FixDiscIntegrate::advance(bool finish_last, bool begin_next)
+{
+  if (finish_last && begin_next && !stress_control && convention == 0.0) {
+    pass<true, true, true>();
+  } else if (finish_last && begin_next && convention == 0.0) {
+    pass<true, true, false>();
+    finish_cell();
+    kick_cell(0.5 * update->dt);
+    pass<false, false, true>();
+  } else {
+    if (finish_last) {
+      pass<true, false, false>();
+      finish_cell();
+    }
+    if (begin_next) {
+      kick_cell(0.5 * update->dt);
+      pass<false, true, true>();
+    }
+  }
+}
+
+template <bool FINISH, bool BEGIN, bool SHIFT> void FixDiscIntegrate::pass()
+{
   const double dt = update->dt;
-  kick_grains(0.5 * dt);
+  disc::Kick half;
+  half.dt = 0.5 * dt;
+  half.kept_spin = std::exp(-drag * half.dt);
+  for (int a = 0; a < 2; a++)
+    half.kept[a] =
+        half.kept_spin * std::exp(-convention * axis[a].strain_rate * axis[a].start / domain->prd[a] * half.dt);
+  disc::Shift shift;
+  const bool stretched = SHIFT && stretch_cell(shift);
+
+  const bool scaled = (FINISH || BEGIN) && (drag > 0.0 || convention != 0.0);
+  const auto advance = scaled ? (stretched ? &disc::advance<FINISH, BEGIN, true, SHIFT, SHIFT>
+                                           : &disc::advance<FINISH, BEGIN, true, SHIFT, false>)
+                              : (stretched ? &disc::advance<FINISH, BEGIN, false, SHIFT, SHIFT>
+                                           : &disc::advance<FINISH, BEGIN, false, SHIFT, false>);
+  const disc::Passed sums =
+      advance(half, shift, inertia_of.data(), history->actions.data(), history->grains.data(), atom->nlocal);
+
+  for (const double scaled : sums.scaled)
+    dragged += 0.5 * (1.0 - half.kept_spin * half.kept_spin) * scaled;
+  const double kinetic[2] = {sums.xx, sums.yy};
+  if (FINISH) measure_stress(kinetic);
+  if (SHIFT) {
+    history->require_number(sums.sum);
+    history->moved(std::sqrt(sums.largest), shift.stretch);
+  }
+}
+
+void FixDiscIntegrate::finish_cell()
+{
   if (!stress_control) return;
-  measure_stress();
+  const double dt = update->dt;
   for (int a = 0; a < 2; a++) {
     const double now = domain->prd[a];
     const double change = -axis[a].strain_rate * axis[a].start * dt;
@@ -203,38 +241,31 @@ void FixDiscIntegrate::final_integrate()
   kick_cell(0.5 * dt);
 }
 
-void FixDiscIntegrate::kick_grains(double dt)
+/* The lower corner of the cell stays where it is.  Returns whether lengths changed. */
+bool FixDiscIntegrate::stretch_cell(disc::Shift &shift)
 {
-  if (drag > 0.0 || convention != 0.0)
-    kick<true>(dt);
-  else
-    kick<false>(dt);
-}
-
-/* v += dt F/m, after the factors that drag and convention put on v */
-template <bool SCALED> void FixDiscIntegrate::kick(double dt)
-{
-  double *const v = atom->v[0], *const w = atom->omega[0];
-  const double *const f = atom->f[0], *const torque = atom->torque[0];
-  const double *const m = atom->rmass, *const r = atom->radius;
-  const int nlocal = atom->nlocal;
-  const double kept = std::exp(-drag * dt);
-  double scale[2] = {1.0, 1.0}, lost = 0.0;
-  for (int a = 0; SCALED && a < 2; a++)
-    scale[a] = kept * std::exp(-convention * axis[a].strain_rate * axis[a].start / domain->prd[a] * dt);
-  for (int i = 0, k = 0; i < nlocal; i++, k += 3) {
-    if (SCALED) {
-      lost += m[i] * (v[k] * v[k] + v[k + 1] * v[k + 1] + 0.5 * r[i] * r[i] * w[k + 2] * w[k + 2]);
-      v[k] *= scale[0];
-      v[k + 1] *= scale[1];
-      w[k + 2] *= kept;
-    }
-    const double impulse = dt * inverse[i].mass;
-    v[k] += impulse * f[k];
-    v[k + 1] += impulse * f[k + 1];
-    w[k + 2] += dt * inverse[i].inertia * torque[k + 2];
+  const double dt = update->dt;
+  for (int a = 0; a < 2; a++) {
+    const double before = domain->prd[a];
+    const double change = -axis[a].strain_rate * axis[a].start * dt;
+    shift.stretch[a] = 1.0 + change / before;
+    shift.drift[a] = 0.5 * (1.0 + shift.stretch[a]) * dt;
+    shift.corner[a] = domain->boxlo[a];
+    if (change == 0.0) continue;
+    if (!(shift.stretch[a] > 0.5))
+      error->all(
+          FLERR,
+          "fix disc/integrate: the cell collapsed (length {} along {} shrinks by {} in one step); use a smaller step, "
+          "a larger mass or a rate cap",
+          before, a ? 'y' : 'x', -change);
+    domain->boxhi[a] = domain->boxlo[a] + before * shift.stretch[a];
+    // half of the work at the old forces, half at the new ones (finish_cell)
+    work -= 0.5 * change / (before + 0.5 * change) * (axis[a].virial - convention * axis[a].kinetic);
   }
-  if (SCALED) dragged += 0.5 * (1.0 - kept * kept) * lost;
+  if (shift.stretch[0] == 1.0 && shift.stretch[1] == 1.0) return false;
+  domain->set_global_box();
+  domain->set_local_box();
+  return true;
 }
 
 void FixDiscIntegrate::kick_cell(double dt)
@@ -248,15 +279,10 @@ void FixDiscIntegrate::kick_cell(double dt)
 }
 
 /* sigma_aa = (1/A) [sum of m v_a^2 + sum over pairs of F_a r_a] (G07 eq. 3) */
-void FixDiscIntegrate::measure_stress()
+void FixDiscIntegrate::measure_stress(const double *kinetic)
 {
   if (!stress_control) return;
-  double sums[4] = {0.0, 0.0, pair->force_moment[0], pair->force_moment[1]};
-  const double *const v = atom->v[0], *const m = atom->rmass;
-  for (int i = 0; i < atom->nlocal; i++) {
-    sums[0] += m[i] * v[3 * i] * v[3 * i];
-    sums[1] += m[i] * v[3 * i + 1] * v[3 * i + 1];
-  }
+  double sums[4] = {kinetic[0], kinetic[1], pair->force_moment[0], pair->force_moment[1]};
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
   const double area = domain->prd[0] * domain->prd[1];
   for (int a = 0; a < 2; a++) {
@@ -291,8 +317,12 @@ void FixDiscIntegrate::write_restart(FILE *fp)
 {
   const double taken = compute_vector(6);    // a sum over ranks: before rank 0 goes its own way
   if (comm->me != 0) return;
-  const double state[7] = {
-      axis[0].strain_rate, axis[1].strain_rate, axis[0].start, axis[1].start, inertia, work, taken};
+  double state[STATE] = {axis[0].strain_rate, axis[1].strain_rate, axis[0].start, axis[1].start, inertia, work, taken};
+  for (int a = 0; a < 2; a++) {
+    state[7 + a] = axis[a].stress;
+    state[9 + a] = axis[a].virial;
+    state[11 + a] = axis[a].kinetic;
+  }
   const int size = sizeof(state);
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(state, size, 1, fp);
@@ -304,6 +334,9 @@ void FixDiscIntegrate::restart(char *buf)
   for (int a = 0; a < 2; a++) {
     axis[a].strain_rate = axis[a].controlled ? state[a] : 0.0;
     axis[a].start = state[2 + a];
+    axis[a].stress = state[7 + a];
+    axis[a].virial = state[9 + a];
+    axis[a].kinetic = state[11 + a];
   }
   inertia = state[4];
   work = state[5];

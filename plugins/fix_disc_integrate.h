@@ -4,6 +4,7 @@
 #define LMP_FIX_DISC_INTEGRATE_H
 
 #include "fix.h"
+#include "kernels/advance.h"
 
 #include <vector>
 
@@ -43,6 +44,9 @@ public:
   void write_restart(FILE *) override;
   void restart(char *) override;
 
+  /* On the kernel's grains and actions, for a step that LAMMPS does not look at: end the last step, begin the next. */
+  void advance(bool finish_last, bool begin_next);
+
 private:
   struct Axis {
     bool controlled = false;
@@ -58,20 +62,20 @@ private:
   int parse_stress(int, int, char **);
   void check() const;
   void begin_stage();
-  void measure_stress();
+  template <bool FINISH, bool BEGIN, bool SHIFT> void pass();
+  void measure_stress(const double *kinetic);
+  void finish_cell();
   void kick_cell(double dt);
-  void kick_grains(double dt);
-  template <bool SCALED> void kick(double dt);
+  bool stretch_cell(disc::Shift &);
 
-  struct Inverse {
-    double mass, inertia;
-  };
+  static constexpr int STATE = 13;    // doubles in a restart
 
   Axis axis[2];
-  std::vector<Inverse> inverse;    // per grain
+  std::vector<disc::Inertia> inertia_of;    // per grain
   bool stress_control = false;
   double mass_factor = 0.3, inertia = 0.0, rate_cap = 0.0, convention = 0.0, drag = 0.0, work = 0.0, dragged = 0.0;
   class PairDisc *pair = nullptr;
+  class FixDiscHistory *history = nullptr;
 };
 
 }    // namespace LAMMPS_NS

@@ -10,11 +10,12 @@
 #include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "update.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
-using disc::Neighbours;
 
 namespace
 {
@@ -51,6 +52,8 @@ PairDisc::PairDisc(LAMMPS *lmp) : Pair(lmp)
   finitecutflag = 1;
   no_virial_fdotr_compute = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
+  comm_forward = 5;
+  comm_reverse = 4;
 }
 
 PairDisc::~PairDisc()
@@ -90,20 +93,147 @@ void PairDisc::init_style()
 
 bool PairDisc::counted_once(int j) const { return force->newton_pair || j < atom->nlocal; }
 
-PairDisc::Interaction PairDisc::geometry(const Neighbours &p) const
+/* ---- forces ---- */
+
+void PairDisc::choose_close()
 {
+  history->load(0, atom->nlocal + atom->nghost);
+  history->choose_close();
+}
+
+void PairDisc::evaluate()
+{
+  history->choose_close();
+  const disc::Sums sums = sweep(wants_stress);
+  force_moment[0] = sums.xx;
+  force_moment[1] = sums.yy;
+  force_moment[2] = sums.xy;
+  history->lost.viscous += sums.viscous;
+  history->lost.sliding += sums.sliding;
+  history->lost.rolling += sums.rolling;
+}
+
+/* Before a run: no time passes, velocities are those of this moment, the memory of earlier ones stays. */
+void PairDisc::evaluate_standing()
+{
+  history->motion.dt = history->motion.ahead = 0.0;
+  history->motion.carry[0] = history->motion.carry[1] = 1.0;
+  history->choose_close();
+  const std::vector<double> speed = history->close.speed;
+  evaluate();
+  history->close.speed = speed;
+}
+
+void PairDisc::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+  if (eflag_atom || vflag_atom)
+    error->all(FLERR, "pair_style {} has no per-atom energy or stress; use the contact table of compute pair/local",
+               force->pair_style);
+  const int nlocal = atom->nlocal;
+  history->load(0, nlocal + atom->nghost);
+  std::fill(history->actions.begin(), history->actions.end(), disc::Action());
+  const bool stress_at_every_step = wants_stress;
+  wants_stress = wants_stress || vflag_global;
+  if (update->setupflag)
+    evaluate_standing();
+  else
+    evaluate();
+  wants_stress = stress_at_every_step;
+  if (force->newton_pair) comm->reverse_comm(this);
+
+  double *const f = atom->f[0], *const torque = atom->torque[0];
+  for (int i = 0, k = 0; i < nlocal; i++, k += 3) {
+    const disc::Action &a = history->actions[i];
+    f[k] += a.fx;
+    f[k + 1] += a.fy;
+    torque[k + 2] += a.moment + history->grains[i].r * a.tangential;
+  }
+  if (eflag_global) tally_energy();
+  if (vflag_global) {
+    virial[0] += force_moment[0];
+    virial[1] += force_moment[1];
+    virial[3] += force_moment[2];
+  }
+}
+
+/* ---- ghosts of the kernel's arrays ---- */
+
+const std::vector<disc::Grain> &PairDisc::refreshed_grains()
+{
+  history->load(0, atom->nlocal);
+  comm->forward_comm(this);
+  return history->grains;
+}
+
+int PairDisc::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int *pbc)
+{
+  const double dx = pbc_flag ? pbc[0] * domain->xprd : 0.0, dy = pbc_flag ? pbc[1] * domain->yprd : 0.0;
+  for (int k = 0, m = 0; k < n; k++, m += 5) {
+    const disc::Grain &g = history->grains[list[k]];
+    buf[m] = g.x + dx;
+    buf[m + 1] = g.y + dy;
+    buf[m + 2] = g.vx;
+    buf[m + 3] = g.vy;
+    buf[m + 4] = g.w;
+  }
+  return 5 * n;
+}
+
+void PairDisc::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int i = first; i < first + n; i++, buf += 5) {
+    disc::Grain &g = history->grains[i];
+    g.x = buf[0];
+    g.y = buf[1];
+    g.vx = buf[2];
+    g.vy = buf[3];
+    g.w = buf[4];
+    g.rw = g.r * g.w;
+  }
+}
+
+int PairDisc::pack_reverse_comm(int n, int first, double *buf)
+{
+  for (int i = first, m = 0; i < first + n; i++, m += 4) {
+    disc::Action &a = history->actions[i];
+    buf[m] = a.fx;
+    buf[m + 1] = a.fy;
+    buf[m + 2] = a.moment;
+    buf[m + 3] = a.tangential;
+    a = disc::Action();
+  }
+  return 4 * n;
+}
+
+void PairDisc::unpack_reverse_comm(int n, int *list, double *buf)
+{
+  for (int k = 0; k < n; k++, buf += 4) {
+    disc::Action &a = history->actions[list[k]];
+    a.fx += buf[0];
+    a.fy += buf[1];
+    a.moment += buf[2];
+    a.tangential += buf[3];
+  }
+}
+
+/* ---- sums and contact output ---- */
+
+PairDisc::Interaction PairDisc::geometry(int c) const
+{
+  const int i = history->close.i[c], j = history->close.j[c];
   Interaction now;
-  now.bx = atom->x[p.j][0] - atom->x[p.i][0];
-  now.by = atom->x[p.j][1] - atom->x[p.i][1];
+  now.bx = atom->x[j][0] - atom->x[i][0];
+  now.by = atom->x[j][1] - atom->x[i][1];
   now.distance = std::sqrt(now.bx * now.bx + now.by * now.by);
-  now.gap = now.distance - (p.ri + p.rj);
+  now.gap = now.distance - (atom->radius[i] + atom->radius[j]);
   return now;
 }
 
 void PairDisc::tally_energy()
 {
   Energy total;
-  each([&](const Neighbours &, const Interaction &now, double weight) {
+  each([&](int, int, const Interaction &now, double weight) {
     const Energy e = energy(now);
     total.elastic += weight * e.elastic;
     total.tangential += weight * e.tangential;
@@ -111,9 +241,9 @@ void PairDisc::tally_energy()
     total.adhesive += weight * e.adhesive;
   });
   eng_vdwl = total.sum();
-  const disc::Loss &loss = history->loss;
+  const disc::Sums &lost = history->lost;
   const double sums[SUMS] = {total.elastic, total.tangential, total.rolling, total.adhesive,
-                             loss.viscous,  loss.sliding,     loss.rolling};
+                             lost.viscous,  lost.sliding,     lost.rolling};
   std::copy(sums, sums + SUMS, pvector);
 }
 
@@ -122,11 +252,11 @@ double PairDisc::single(int i, int j, int, int, double, double, double, double &
 {
   if (!history || !history->current())
     error->one(FLERR, "the contact table is out of date since the last run: use 'run 0' before the output");
-  const Neighbours *p = history->find(i, j);
+  const int c = history->find(i, j);
   fforce = 0.0;
   std::fill(svector, svector + COLUMNS, 0.0);
-  if (!p) return 0.0;
-  const Interaction now = interaction(*p);
+  if (c < 0) return 0.0;
+  const Interaction now = interaction(c);
   svector[ID_I] = atom->tag[i];
   svector[ID_J] = atom->tag[j];
   svector[STATE] = now.state;

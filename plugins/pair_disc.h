@@ -3,7 +3,6 @@
 #ifndef LMP_PAIR_DISC_H
 #define LMP_PAIR_DISC_H
 
-#include "contact_list.h"
 #include "fix_disc_history.h"
 #include "pair.h"
 
@@ -41,24 +40,40 @@ public:
 
   virtual double range() const = 0;                    // gap up to which the law acts
   virtual double viscosity(int i, int j) const = 0;    // eta of the pair of atoms i, j
-  virtual Interaction interaction(const disc::Neighbours &) const = 0;
+  virtual Interaction interaction(int c) const = 0;    // of the close pair c
   virtual Energy energy(const Interaction &) const = 0;
 
-  /* visit(record, interaction, weight) for every interacting pair; weight 1/2 where newton off lists a pair twice */
+  /* visit(i, j, interaction, weight) for every interacting pair; weight 1/2 where newton off lists a pair twice */
   template <class Visit> void each(Visit visit) const
   {
-    for (const disc::Neighbours &p : history->pairs) {
-      const Interaction now = interaction(p);
-      if (now.state != APART) visit(p, now, counted_once(p.j) ? 1.0 : 0.5);
+    const disc::Contacts &close = history->close;
+    for (int c = 0; c < close.count; c++) {
+      const Interaction now = interaction(c);
+      if (now.state != APART) visit(close.i[c], close.j[c], now, counted_once(close.j[c]) ? 1.0 : 0.5);
     }
   }
+
+  void choose_close();    // lists what may act in this step, before the evaluation does
+  /* Forces of the grains in history->grains, ghosts included, into history->actions. */
+  void evaluate();
+
+  /* The grains as LAMMPS holds them now, on every rank and in every ghost. */
+  const std::vector<disc::Grain> &refreshed_grains();
+
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
+  void compute(int, int) override;
 
   double force_moment[3] = {0.0, 0.0,
                             0.0};    // sum over pairs of F_x r_x, F_y r_y, F_x r_y on this rank (see wants_stress)
   bool wants_stress = false;         // a fix needs force_moment at every step
 
 protected:
-  Interaction geometry(const disc::Neighbours &) const;
+  virtual disc::Sums sweep(bool stress) = 0;    // the law's pass over the close pairs
+  Interaction geometry(int c) const;
+  void evaluate_standing();
   bool counted_once(int j) const;
   void tally_energy();
 

@@ -14,7 +14,6 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using disc::Neighbours;
 
 namespace
 {
@@ -29,26 +28,27 @@ constexpr Keyword KEYWORDS[] = {{"kn", &disc::CohesiveLaw::kn},     {"kt", &disc
                                 {"f0", &disc::CohesiveLaw::f0},     {"d0", &disc::CohesiveLaw::d0},
                                 {"kr", &disc::CohesiveLaw::kr},     {"mur", &disc::CohesiveLaw::mur}};
 
-/* Sums of one force evaluation; a pair that newton off lists twice counts half each time. */
-struct Tally {
-  double xx = 0.0, yy = 0.0, xy = 0.0;
-  disc::Loss loss;
-};
-
-constexpr int FLAGS = 7;
-
 }    // namespace
 
 /* ---- coefficients ---- */
 
 void PairDiscCohesive::settings(int narg, char **arg)
 {
-  account = true;
+  account = second_order = true;
   for (int k = 0; k < narg; k += 2) {
-    if (strcmp(arg[k], "account") != 0)
-      error->all(FLERR, "pair_style disc/cohesive: unknown keyword '{}'; known is: account yes|no", arg[k]);
-    if (k + 1 >= narg) error->all(FLERR, "pair_style disc/cohesive: keyword 'account' needs a value, yes or no");
-    account = utils::logical(FLERR, arg[k + 1], false, lmp);
+    const std::string keyword = arg[k];
+    if (keyword != "account" && keyword != "scheme")
+      error->all(FLERR,
+                 "pair_style disc/cohesive: unknown keyword '{}'; known are: account yes|no, scheme second|paper",
+                 keyword);
+    if (k + 1 >= narg) error->all(FLERR, "pair_style disc/cohesive: keyword '{}' needs a value", keyword);
+    const std::string value = arg[k + 1];
+    if (keyword == "account")
+      account = utils::logical(FLERR, value, false, lmp);
+    else if (value == "second" || value == "paper")
+      second_order = value == "second";
+    else
+      error->all(FLERR, "pair_style disc/cohesive: scheme '{}' is unknown; known are: second, paper", value);
   }
 }
 
@@ -106,6 +106,7 @@ void PairDiscCohesive::allocate()
 void PairDiscCohesive::init_style()
 {
   PairDisc::init_style();
+  history->second_order = second_order;
   if (!allocated) error->all(FLERR, "pair_style disc/cohesive has no coefficients: use 'pair_coeff * * kn ...'");
 }
 
@@ -130,6 +131,7 @@ void PairDiscCohesive::write_restart(FILE *fp)
 {
   fwrite(&law, sizeof(law), 1, fp);
   fwrite(&account, sizeof(account), 1, fp);
+  fwrite(&second_order, sizeof(second_order), 1, fp);
 }
 
 void PairDiscCohesive::read_restart(FILE *fp)
@@ -137,9 +139,11 @@ void PairDiscCohesive::read_restart(FILE *fp)
   if (comm->me == 0) {
     utils::sfread(FLERR, &law, sizeof(law), 1, fp, nullptr, error);
     utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &second_order, sizeof(second_order), 1, fp, nullptr, error);
   }
   MPI_Bcast(&law, sizeof(law), MPI_BYTE, 0, world);
   MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
+  MPI_Bcast(&second_order, sizeof(second_order), MPI_BYTE, 0, world);
   allocate();
 }
 
@@ -154,127 +158,34 @@ template <bool... CHOSEN> PairDiscCohesive::Kernel PairDiscCohesive::choose(cons
     return flags[sizeof...(CHOSEN)] ? choose<CHOSEN..., true>(flags) : choose<CHOSEN..., false>(flags);
 }
 
-void PairDiscCohesive::compute(int eflag, int vflag)
+disc::Sums PairDiscCohesive::sweep(bool stress)
 {
-  ev_init(eflag, vflag);
-  if (eflag_atom || vflag_atom)
-    error->all(
-        FLERR,
-        "pair_style disc/cohesive has no per-atom energy or stress; use the contact table of compute pair/local");
-  const bool flags[FLAGS] = {
-      law.damping(), law.cohesion(),         law.friction(), law.rolling(), wants_stress || vflag_either,
-      account,       force->newton_pair != 0};
-  (this->*choose<>(flags))();
-  if (eflag_global) tally_energy();
-  if (vflag_global) {
-    virial[0] += force_moment[0];
-    virial[1] += force_moment[1];
-    virial[3] += force_moment[2];
-  }
+  const bool flags[FLAGS] = {second_order,  law.damping(), law.cohesion(), law.friction(),
+                             law.rolling(), stress,        account,        force->newton_pair == 0};
+  return (this->*choose<>(flags))();
 }
 
-template <bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT, bool NEWTON>
-void PairDiscCohesive::kernel()
+template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT, bool HALVES>
+disc::Sums PairDiscCohesive::kernel()
 {
-  const disc::CohesiveLaw L = law;    // a local copy: the compiler knows that stores to f do not change it
-  const double *const x = atom->x[0], *const v = atom->v[0], *const w = atom->omega[0];
-  double *const f = atom->f[0], *const torque = atom->torque[0];
-  const int nlocal = atom->nlocal;
-  const double dt = update->setupflag ? 0.0 : update->dt;    // no time passes in the force evaluation before a run
-  const double rate_x = history->rate[0], rate_y = history->rate[1];
-  Tally sum;
-
-  disc::Block b;
-  Neighbours *chosen[disc::Block::SIZE];
-  int count = 0;
-  const auto respond = [&]() {
-    disc::respond<DAMPING, COHESION, FRICTION, ROLLING, ACCOUNT>(L, dt, b, count);
-    for (int k = 0; k < count; k++) {
-      Neighbours &p = *chosen[k];
-      const int i = 3 * p.i, j = 3 * p.j;
-      if (DAMPING) p.viscous = b.viscous[k];
-      if (FRICTION) p.springs.stretch = b.stretch[k];
-      if (ROLLING) p.springs.rotation = b.rotation[k];
-      const double fx = b.fx[k], fy = b.fy[k];
-      const double tangential = FRICTION ? b.tangential[k] : 0.0, moment = ROLLING ? b.moment[k] : 0.0;
-      f[i] -= fx;
-      f[i + 1] -= fy;
-      if (FRICTION || ROLLING) torque[i + 2] -= p.ri * tangential + moment;
-      if (NEWTON || p.j < nlocal) {
-        f[j] += fx;
-        f[j + 1] += fy;
-        if (FRICTION || ROLLING) torque[j + 2] += moment - p.rj * tangential;
-      }
-      const double weight = NEWTON || p.j < nlocal ? 1.0 : 0.5;
-      if (STRESS) {
-        sum.xx += weight * fx * b.bx[k];
-        sum.yy += weight * fy * b.by[k];
-        sum.xy += weight * fx * b.by[k];
-      }
-      if (ACCOUNT) {
-        if (DAMPING) sum.loss.viscous += weight * b.lost_viscous[k];
-        if (FRICTION) sum.loss.sliding += weight * b.lost_sliding[k];
-        if (ROLLING) sum.loss.rolling += weight * b.lost_rolling[k];
-      }
-    }
-    count = 0;
-  };
-
-  for (Neighbours &p : history->pairs) {
-    const int i = 3 * p.i, j = 3 * p.j;
-    const double bx = x[j] - x[i], by = x[j + 1] - x[i + 1];
-    const double touch = p.ri + p.rj;
-    const double reach = COHESION ? touch + L.d0 : touch;
-    if (bx * bx + by * by >= reach * reach) {
-      if (p.remembers()) p.forget();    // most were apart before: do not make the cache write them back
-      continue;
-    }
-    chosen[count] = &p;
-    b.bx[count] = bx;
-    b.by[count] = by;
-    b.touch[count] = touch;
-    if (DAMPING || FRICTION) {
-      b.ux[count] = v[j] - v[i] + rate_x * bx;
-      b.uy[count] = v[j + 1] - v[i + 1] + rate_y * by;
-    }
-    if (DAMPING) b.eta[count] = p.eta;
-    if (FRICTION) {
-      b.surface[count] = p.ri * w[i + 2] + p.rj * w[j + 2];
-      b.stretch[count] = p.springs.stretch;
-    }
-    if (ROLLING) {
-      b.spin[count] = w[j + 2] - w[i + 2];
-      b.rotation[count] = p.springs.rotation;
-    }
-    if (++count == disc::Block::SIZE) respond();
-  }
-  respond();
-
-  if (STRESS) {
-    force_moment[0] = sum.xx;
-    force_moment[1] = sum.yy;
-    force_moment[2] = sum.xy;
-  }
-  if (ACCOUNT) {
-    history->loss.viscous += sum.loss.viscous;
-    history->loss.sliding += sum.loss.sliding;
-    history->loss.rolling += sum.loss.rolling;
-  }
+  const disc::Cohesive<SECOND, DAMPING, COHESION, FRICTION, ROLLING> cohesive{law};
+  return disc::sweep<decltype(cohesive), STRESS, ACCOUNT, HALVES>(
+      cohesive, history->motion, history->grains.data(), atom->nlocal, history->close, history->actions.data());
 }
 
 /* ---- one pair, for output ---- */
 
 double PairDiscCohesive::viscosity(int i, int j) const { return law.viscosity(atom->rmass[i], atom->rmass[j]); }
 
-PairDisc::Interaction PairDiscCohesive::interaction(const Neighbours &p) const
+PairDisc::Interaction PairDiscCohesive::interaction(int c) const
 {
-  Interaction now = geometry(p);
+  Interaction now = geometry(c);
   if (now.gap < 0.0) {
     now.state = CONTACT;
     now.elastic = -law.kn * now.gap;
-    now.viscous = p.viscous;
-    now.stretch = p.springs.stretch;
-    now.rotation = p.springs.rotation;
+    now.viscous = history->close.viscous[c];
+    now.stretch = history->close.stretch[c];
+    now.rotation = history->close.rotation[c];
     now.tangential = -law.kt * now.stretch;
     now.moment = -law.kr * now.rotation;
     constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the slider stops on the cone to within rounding

@@ -9,7 +9,7 @@
 namespace LAMMPS_NS
 {
 
-/* pair_style disc/cohesive [account yes|no]
+/* pair_style disc/cohesive [account yes|no] [scheme second|paper]
    pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r
 
    The exact law of G07 (kernels/cohesive.h).  kn is required; a term whose coefficient is zero or absent costs nothing.
@@ -22,26 +22,29 @@ public:
   void coeff(int, char **) override;
   void init_style() override;
   double init_one(int, int) override;
-  void compute(int, int) override;
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   void *extract(const char *, int &) override;
 
   double range() const override { return law.range(); }
   double viscosity(int i, int j) const override;
-  Interaction interaction(const disc::Neighbours &) const override;
+  Interaction interaction(int c) const override;
   Energy energy(const Interaction &) const override;
 
 private:
-  using Kernel = void (PairDiscCohesive::*)();
-  template <bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT, bool NEWTON>
-  void kernel();
+  static constexpr int FLAGS = 8;
+  using Kernel = disc::Sums (PairDiscCohesive::*)();
+  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT,
+            bool HALVES>
+  disc::Sums kernel();
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
+  disc::Sums sweep(bool stress) override;
   void check() const;
   void allocate();
 
   disc::CohesiveLaw law;
-  bool account = true;    // sum up what is dissipated
+  bool account = true;         // sum up what is dissipated
+  bool second_order = true;    // see disc::Cohesive
 };
 
 }    // namespace LAMMPS_NS

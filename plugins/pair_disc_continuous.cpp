@@ -14,9 +14,7 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
-using disc::ContinuousBlock;
 using disc::ContinuousLaw;
-using disc::Neighbours;
 
 namespace
 {
@@ -35,7 +33,6 @@ constexpr Keyword KEYWORDS[] = {{"force", &ContinuousLaw::force},
                                 {"damping", &ContinuousLaw::damping},
                                 {"printed_rotation", &ContinuousLaw::printed_rotation},
                                 {"printed_damping", &ContinuousLaw::printed_damping}};
-constexpr int FLAGS = 4;
 
 }    // namespace
 
@@ -151,98 +148,23 @@ template <bool... CHOSEN> PairDiscContinuous::Kernel PairDiscContinuous::choose(
     return flags[sizeof...(CHOSEN)] ? choose<CHOSEN..., true>(flags) : choose<CHOSEN..., false>(flags);
 }
 
-void PairDiscContinuous::compute(int eflag, int vflag)
+disc::Sums PairDiscContinuous::sweep(bool stress)
 {
-  ev_init(eflag, vflag);
-  if (eflag_atom || vflag_atom)
-    error->all(
-        FLERR,
-        "pair_style disc/continuous has no per-atom energy or stress; use the contact table of compute pair/local");
-  const bool flags[FLAGS] = {law.spring(), law.friction(), account, force->newton_pair != 0};
-  (this->*choose<>(flags))();
-  if (eflag_global) {
-    tally_energy();
-    pvector[5] -= pvector[1];    // what T_e took and the displacements do not hold
-  }
-  if (!wants_stress && !vflag_global) return;
-  double sum[3] = {0.0, 0.0, 0.0};
-  each([&](const Neighbours &, const Interaction &now, double weight) {
-    sum[0] += weight * now.fx() * now.bx;
-    sum[1] += weight * now.fy() * now.by;
-    sum[2] += weight * now.fx() * now.by;
-  });
-  std::copy(sum, sum + 3, force_moment);
-  if (vflag_global) {
-    virial[0] += sum[0];
-    virial[1] += sum[1];
-    virial[3] += sum[2];
-  }
+  const bool flags[FLAGS] = {law.spring(), law.friction(), stress, account, force->newton_pair == 0};
+  return (this->*choose<>(flags))();
 }
 
-template <bool SPRING, bool FRICTION, bool ACCOUNT, bool NEWTON> void PairDiscContinuous::kernel()
+template <bool SPRING, bool FRICTION, bool STRESS, bool ACCOUNT, bool HALVES> disc::Sums PairDiscContinuous::kernel()
 {
-  const ContinuousLaw L = law;    // a local copy: the compiler knows that stores to f do not change it
-  const double *const x = atom->x[0], *const v = atom->v[0], *const w = atom->omega[0];
-  double *const f = atom->f[0], *const torque = atom->torque[0];
-  const int nlocal = atom->nlocal;
-  const double dt = update->setupflag ? 0.0 : update->dt;    // no time passes in the force evaluation before a run
-  const double rate_x = history->rate[0], rate_y = history->rate[1];
-  const double reach = L.reach();
-  disc::Loss loss;
+  const disc::Continuous<SPRING, FRICTION> continuous{law};
+  return disc::sweep<decltype(continuous), STRESS, ACCOUNT, HALVES>(
+      continuous, history->motion, history->grains.data(), atom->nlocal, history->close, history->actions.data());
+}
 
-  ContinuousBlock b;
-  Neighbours *chosen[ContinuousBlock::SIZE];
-  int count = 0;
-  const auto respond = [&]() {
-    disc::respond<SPRING, FRICTION, ACCOUNT>(L, dt, b, count);
-    for (int k = 0; k < count; k++) {
-      Neighbours &p = *chosen[k];
-      const int i = 3 * p.i, j = 3 * p.j;
-      p.viscous = b.viscous[k];
-      f[i] -= b.fx[k];
-      f[i + 1] -= b.fy[k];
-      if (FRICTION) {
-        p.springs = {b.stretch[k], b.dragging[k]};
-        torque[i + 2] -= p.ri * b.torque[k];
-      }
-      if (NEWTON || p.j < nlocal) {
-        f[j] += b.fx[k];
-        f[j + 1] += b.fy[k];
-        if (FRICTION) torque[j + 2] -= p.rj * b.torque[k];
-      }
-      if (ACCOUNT) {
-        const double weight = NEWTON || p.j < nlocal ? 1.0 : 0.5;
-        loss.viscous += weight * b.lost_viscous[k];
-        if (FRICTION) loss.sliding += weight * b.lost_sliding[k];
-      }
-    }
-    count = 0;
-  };
-
-  for (Neighbours &p : history->pairs) {
-    const int i = 3 * p.i, j = 3 * p.j;
-    const double bx = x[j] - x[i], by = x[j + 1] - x[i + 1];
-    const double touch = p.ri + p.rj, r0 = reach * touch;
-    if (bx * bx + by * by >= r0 * r0) {
-      if (p.remembers()) p.forget();    // most were apart before: do not make the cache write them back
-      continue;
-    }
-    chosen[count] = &p;
-    b.bx[count] = bx;
-    b.by[count] = by;
-    b.touch[count] = touch;
-    b.eta[count] = p.eta;
-    b.ux[count] = v[j] - v[i] + rate_x * bx;
-    b.uy[count] = v[j + 1] - v[i + 1] + rate_y * by;
-    if (FRICTION) {
-      b.surface[count] = p.ri * w[i + 2] + p.rj * w[j + 2];
-      b.stretch[count] = p.springs.stretch;
-    }
-    if (++count == ContinuousBlock::SIZE) respond();
-  }
-  respond();
-  history->loss.viscous += loss.viscous;
-  history->loss.sliding += loss.sliding;
+void PairDiscContinuous::compute(int eflag, int vflag)
+{
+  PairDisc::compute(eflag, vflag);
+  if (eflag_global) pvector[5] -= pvector[1];    // what T_e took and the displacements do not hold
 }
 
 /* ---- one pair, for output ---- */
@@ -254,20 +176,20 @@ double PairDiscContinuous::viscosity(int i, int j) const
   return std::sqrt(2.0 * mi * mj / (mi + mj));
 }
 
-PairDisc::Interaction PairDiscContinuous::interaction(const Neighbours &p) const
+PairDisc::Interaction PairDiscContinuous::interaction(int c) const
 {
-  Interaction now = geometry(p);
-  const double touch = p.ri + p.rj, depth = law.reach() * touch - now.distance;
+  Interaction now = geometry(c);
+  const double touch = now.distance - now.gap, depth = law.reach() * touch - now.distance;
   if (depth <= 0.0) return now;
   now.state = CONTACT;
   now.elastic = law.elastic(now.distance, touch);
-  now.viscous = p.viscous;
+  now.viscous = history->close.viscous[c];
   if (!law.friction()) return now;
-  now.stretch = p.springs.stretch;
+  now.stretch = history->close.stretch[c];
   const double largest = law.alpha * law.mu * depth;
   const double rest = std::max(0.0, 1.0 - std::fabs(now.stretch) / largest);
   now.tangential =
-      p.springs.rotation - std::copysign(law.mu * now.elastic * (1.0 - rest * std::sqrt(rest)), now.stretch);
+      history->close.rotation[c] - std::copysign(law.mu * now.elastic * (1.0 - rest * std::sqrt(rest)), now.stretch);
   now.sliding = rest < 1.0e-12;    // d stops at its limit to within rounding
   return now;
 }

@@ -14,8 +14,7 @@ namespace LAMMPS_NS
                   [printed_damping 0|1]
 
    The law of B97 (kernels/continuous.h) and, with hooke, its linear twin.  A pair interacts below r0 = c sigma_ij; its
-   memory begins there.  The record's `springs.stretch` is d; there is no rolling spring, and `springs.rotation` holds
-   the viscous part of T of the last force evaluation, for output. */
+   memory begins there. */
 class PairDiscContinuous : public PairDisc
 {
 public:
@@ -30,13 +29,15 @@ public:
 
   double range() const override { return (law.reach() - 1.0) * largest; }    // of the largest pair
   double viscosity(int i, int j) const override;
-  Interaction interaction(const disc::Neighbours &) const override;
+  Interaction interaction(int c) const override;
   Energy energy(const Interaction &) const override;
 
 private:
-  template <bool SPRING, bool FRICTION, bool ACCOUNT, bool NEWTON> void kernel();
-  using Kernel = void (PairDiscContinuous::*)();
+  static constexpr int FLAGS = 5;
+  using Kernel = disc::Sums (PairDiscContinuous::*)();
+  template <bool SPRING, bool FRICTION, bool STRESS, bool ACCOUNT, bool HALVES> disc::Sums kernel();
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
+  disc::Sums sweep(bool stress) override;
   void check() const;
   void allocate();
   double largest_diameter() const;

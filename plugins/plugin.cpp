@@ -5,8 +5,11 @@
 #include "fix_disc_feed.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
+#include "fix_disc_stiffen.h"
 #include "pair_disc_cohesive.h"
 #include "pair_disc_continuous.h"
+#include "pair_disc_tail.h"
+#include "run_disc.h"
 
 #include <dlfcn.h>
 
@@ -56,6 +59,11 @@ template <class Style> void *create_fix(LAMMPS *lmp, int narg, char **arg)
   return static_cast<Fix *>(new Style(lmp, narg, arg));
 }
 
+template <class Style> void *create_run(LAMMPS *lmp, int narg, char **arg)
+{
+  return static_cast<Integrate *>(new Style(lmp, narg, arg));
+}
+
 /* LAMMPS unloads plugins while styles made from them are still alive; code that stays mapped makes that harmless. */
 void stay_loaded()
 {
@@ -78,6 +86,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.creator.v1 = &create_pair<PairDiscContinuous>;
   (*enlist)(&plugin, lmp);
 
+  plugin.name = "disc/tail";
+  plugin.info = "the attraction of Gilabert et al. 2007 alone";
+  plugin.creator.v1 = &create_pair<PairDiscTail>;
+  (*enlist)(&plugin, lmp);
+
   plugin.style = "fix";
   const struct {
     const char *name, *info;
@@ -87,6 +100,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
       {"disc/feed", "grains poured from a height", &create_fix<FixDiscFeed>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
+      {"disc/stiffen", "slow change of the contact stiffness", &create_fix<FixDiscStiffen>},
   };
   for (const auto &fix : fixes) {
     plugin.name = fix.name;
@@ -94,4 +108,10 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     plugin.creator.v2 = fix.create;
     (*enlist)(&plugin, lmp);
   }
+
+  plugin.style = "run";
+  plugin.name = "verlet/disc";    // LAMMPS's fixes take any style that is not "verlet..." for respa
+  plugin.info = "velocity Verlet for discs";
+  plugin.creator.v2 = &create_run<RunDisc>;
+  (*enlist)(&plugin, lmp);
 }

@@ -1,22 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
    The cohesive law of Gilabert, Roux, Castellanos, PRE 75, 011303 (2007) ("G07"), sec. II B, for one pair of discs.
 
-   Stateless: no engine, no loop, no memory beyond what is passed in.  Units are the caller's.  Signs: n points from i
-   to j, t is n rotated by +90 degrees, h < 0 is an overlap, N > 0 repels, the force of i on j is N n + T t and the
-   rolling moment of i on j is M.  A law term that a scene does not use is a template flag, so that it costs nothing. */
+   Signs as in sweep.h; h < 0 is an overlap. */
 
 #ifndef DISC_KERNELS_COHESIVE_H
 #define DISC_KERNELS_COHESIVE_H
 
-#include <cmath>
+#include "sweep.h"
 
-/* Compiled for several instruction sets, the widest that the machine has is taken when the library is loaded.  No set
-   may contract a*b + c (-ffp-contract=off), so that all give the same bits. */
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-#define DISC_WIDEST __attribute__((target_clones("default", "avx2", "avx512f")))
-#else
-#define DISC_WIDEST
-#endif
+#include <cmath>
 
 namespace disc
 {
@@ -51,83 +43,95 @@ struct CohesiveLaw {
   }
 };
 
-struct Springs {      // what a contact remembers; forgotten when it opens
-  double stretch;     // elastic part du of the tangential displacement
-  double rotation;    // elastic part dtheta of the relative rotation
-};
+/* The law as sweep() wants it.  A term that a scene does not use is a template flag, so that it costs nothing.
 
-struct Loss {    // energy dissipated since the beginning
-  double viscous = 0.0, sliding = 0.0, rolling = 0.0;
-};
+   SECOND: second order in the step.  Dampers act on the velocity extrapolated from the middles of this step and the
+   last one to its end; displacements grow by the velocity in the middle of the step, seen in the middle of the turn of
+   n; and a contact that closes or opens within a step feels its damper for its share of the step.  Without SECOND the
+   mean velocity of the step stands for that at its end, as in the velocity Verlet of LAMMPS: first order. */
+template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_> struct Cohesive {
+  static constexpr bool SECOND = SECOND_, DAMPING = DAMPING_, COHESION = COHESION_, FRICTION = FRICTION_,
+                        ROLLING = ROLLING_;
+  CohesiveLaw law;
 
-/* Some pairs within reach, as arrays, so that one instruction works on several pairs. */
-struct Block {
-  static constexpr int SIZE = 32;
-  // in
-  double bx[SIZE], by[SIZE];        // branch vector from i to j
-  double ux[SIZE], uy[SIZE];        // v_j - v_i, the affine motion of the cell included
-  double surface[SIZE];             // R_i w_i + R_j w_j
-  double spin[SIZE];                // w_j - w_i
-  double touch[SIZE], eta[SIZE];    // R_i + R_j; viscosity
-  // in and out
-  double stretch[SIZE], rotation[SIZE];
-  // out
-  double fx[SIZE], fy[SIZE];    // force of i on j
-  double tangential[SIZE], moment[SIZE], viscous[SIZE];
-  double lost_viscous[SIZE], lost_sliding[SIZE], lost_rolling[SIZE];
-};
-
-/* One slider: advance the elastic displacement, then return to the cone |displacement| <= limit.  The energy lost is
-   the mean of the old and the new force times the slip, which closes the energy account to second order in the step. */
-template <bool ACCOUNT> inline double slide(double old, double increment, double limit, double stiffness, double &lost)
-{
-  const double trial = old + increment;
-  const double above = trial < -limit ? -limit : trial;
-  const double kept = above > limit ? limit : above;
-  if (ACCOUNT) lost = 0.5 * stiffness * (old + kept) * (trial - kept);
-  return kept;
-}
-
-/* Forces of the first `count` pairs of a block; contacts advance their springs by dt, distant pairs have none.  The
-   Coulomb and rolling limits hold for the elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0 enters.
- */
-template <bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
-DISC_WIDEST void respond(const CohesiveLaw &law, double dt, Block &__restrict b, int count)
-{
-  const double kn = law.kn, kt = law.kt, kr = law.kr, f0 = law.f0;
-  const double sliding_limit = FRICTION ? law.mu / law.kt : 0.0, rolling_limit = ROLLING ? law.mur / law.kr : 0.0;
-  const double tail = COHESION ? law.f0 / law.d0 : 0.0;
-  for (int k = 0; k < count; k++) {
-    const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-    const double nx = b.bx[k] / distance, ny = b.by[k] / distance;
-    const double h = distance - b.touch[k];
-    const double touching = !COHESION || h < 0.0 ? 1.0 : 0.0;
-    const double elastic = -kn * h * touching;
-    double normal = elastic, tangential = 0.0;
-    if (DAMPING) {
-      const double vn = nx * b.ux[k] + ny * b.uy[k];
-      const double viscous = -b.eta[k] * vn * touching;
-      b.viscous[k] = viscous;
-      normal += viscous;
-      if (ACCOUNT) b.lost_viscous[k] = -viscous * vn * dt;
+  /* The Coulomb and rolling limits hold for the elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0
+     enters.  An open contact has a limit of zero, which empties its springs. */
+  template <bool ACCOUNT> DISC_INLINE void respond(const Motion &motion, Block &__restrict b, int count) const
+  {
+    const double kn = law.kn, kt = law.kt, kr = law.kr, f0 = law.f0, d0 = law.d0, dt = motion.dt, ahead = motion.ahead;
+    const double sliding_limit = FRICTION ? law.mu / law.kt : 0.0, rolling_limit = ROLLING ? law.mur / law.kr : 0.0;
+    const double tail = COHESION ? law.f0 / law.d0 : 0.0;
+    const double *const __restrict eta = b.eta;
+    double *const __restrict stretch = b.stretch, *const __restrict rotation = b.rotation;
+    double *const __restrict speed = b.speed, *const __restrict viscous = b.viscous;
+    for (int k = 0; k < count; k++) {
+      const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
+      const double inverse = 1.0 / distance;
+      const double nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
+      const double h = distance - b.touch[k];
+      const double closed = h < 0.0 ? 1.0 : 0.0;
+      const double elastic = kn * (h < 0.0 ? -h : 0.0);
+      double normal = elastic, tangential = 0.0;
+      double un = 0.0, ut = 0.0;
+      if (DAMPING || FRICTION) {
+        un = nx * b.ux[k] + ny * b.uy[k];
+        ut = nx * b.uy[k] - ny * b.ux[k];
+      }
+      const double turn = 0.5 * dt * inverse * ut;    // of n in half a step
+      if (DAMPING) {
+        double vn = un;
+        if (SECOND) {
+          const double middle = un - turn * ut;
+          vn = middle + ahead * (middle - speed[k]);
+          speed[k] = middle;
+          b.receding[k] = vn;
+          b.crossed[k] = h - dt * middle < 0.0 && h + dt * vn <= 0.0 ? 0.0 : closed;
+        }
+        const double damper = -eta[k] * vn * closed;
+        viscous[k] = damper;
+        normal += damper;
+        if (ACCOUNT) b.lost_viscous[k] = -damper * vn * dt;
+      }
+      if (COHESION) normal -= h < 0.0 ? f0 : h < d0 ? f0 - tail * h : 0.0;
+      if (FRICTION) {
+        const double vt = (SECOND ? ut + turn * un : ut) - b.surface[k];
+        const double kept = slide<ACCOUNT>(stretch[k], vt * dt, sliding_limit * elastic, kt, b.lost_sliding[k]);
+        stretch[k] = kept;
+        tangential = -kt * kept;
+        b.tangential[k] = tangential;
+      }
+      if (ROLLING) {
+        const double kept = slide<ACCOUNT>(rotation[k], b.spin[k] * dt, rolling_limit * elastic, kr, b.lost_rolling[k]);
+        rotation[k] = kept;
+        b.moment[k] = -kr * kept;
+      }
+      b.fx[k] = normal * nx - tangential * ny;
+      b.fy[k] = normal * ny + tangential * nx;
     }
-    if (COHESION) normal -= h < 0.0 ? f0 : f0 - tail * h;
-    if (FRICTION) {
-      const double vt = nx * b.uy[k] - ny * b.ux[k] - b.surface[k];
-      const double kept = slide<ACCOUNT>(b.stretch[k], vt * dt, sliding_limit * elastic, kt, b.lost_sliding[k]);
-      b.stretch[k] = kept;
-      tangential = -kt * kept;
-      b.tangential[k] = tangential;
-    }
-    if (ROLLING) {
-      const double kept = slide<ACCOUNT>(b.rotation[k], b.spin[k] * dt, rolling_limit * elastic, kr, b.lost_rolling[k]);
-      b.rotation[k] = kept;
-      b.moment[k] = -kr * kept;
-    }
-    b.fx[k] = normal * nx - tangential * ny;
-    b.fy[k] = normal * ny + tangential * nx;
+    if (SECOND && DAMPING) share_crossings<ACCOUNT>(dt, b, count);
   }
-}
+
+  /* The scheme halves a force that jumps between two steps.  A damper that was on for a part of the step that ends
+     here, or will be, as far as can be seen, for a part of the next one, is due that part instead.  Such contacts are
+     rare: found by the blockful, mended one by one. */
+  template <bool ACCOUNT> DISC_INLINE void share_crossings(double dt, Block &__restrict b, int count) const
+  {
+    alignas(64) double any[LANES] = {};
+    add(any, b.crossed, count);
+    if (total(any) == 0.0) return;
+    for (int k = 0; k < count; k++) {
+      if (b.crossed[k] == 0.0) continue;
+      const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
+      const double h = distance - b.touch[k], vn = b.receding[k], before = h - dt * b.speed[k], after = h + dt * vn;
+      const double part = (before >= 0.0 ? h / (h - before) - 0.5 : 0.0) + (after > 0.0 ? h / (h - after) - 0.5 : 0.0);
+      const double more = -b.eta[k] * vn * part;
+      b.viscous[k] += more;
+      b.fx[k] += more * b.bx[k] / distance;
+      b.fy[k] += more * b.by[k] / distance;
+      if (ACCOUNT) b.lost_viscous[k] -= more * vn * dt;
+    }
+  }
+};
 
 }    // namespace disc
 

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
    The continuous law of Baxter, Tuzun, Burnell, Heyes, PRE 55, 3546 (1997) ("B97"), sec. II, for pairs of discs.
 
-   Stateless: no engine, no memory beyond what is passed in.  Signs as in cohesive.h: n points from i to j, t is n
-   rotated by +90 degrees, N > 0 repels, the force of i on j is N n + T t. */
+   Signs as in sweep.h. */
 
 #ifndef DISC_KERNELS_CONTINUOUS_H
 #define DISC_KERNELS_CONTINUOUS_H
 
-#include "cohesive.h"
+#include "sweep.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace disc
 {
@@ -51,24 +51,8 @@ struct ContinuousLaw {
   }
 };
 
-/* Some pairs within r0 of each other, as arrays, so that one instruction works on several pairs. */
-struct ContinuousBlock {
-  static constexpr int SIZE = 32;
-  // in
-  double bx[SIZE], by[SIZE];        // branch vector from i to j
-  double ux[SIZE], uy[SIZE];        // v_j - v_i
-  double surface[SIZE];             // R_i w_i + R_j w_j
-  double touch[SIZE], eta[SIZE];    // sigma_ij; sqrt(m), m = 2 m* the mass that the pair's damping is made with
-  double stretch[SIZE];             // in and out: d
-  // out
-  double fx[SIZE], fy[SIZE];    // force of i on j
-  double torque[SIZE];          // T times lever arm per radius: the moment on i is -R_i torque, on j -R_j torque
-  double viscous[SIZE], dragging[SIZE];    // viscous parts of N and T
-  double lost_viscous[SIZE], lost_sliding[SIZE];
-};
-
 /* power[k] = base[k]^exponent by repeated squaring of the whole block */
-DISC_WIDEST inline void raise(double *__restrict power, double *__restrict base, unsigned exponent, int count)
+DISC_INLINE void raise(double *__restrict power, double *__restrict base, unsigned exponent, int count)
 {
   for (int k = 0; k < count; k++)
     power[k] = 1.0;
@@ -81,67 +65,77 @@ DISC_WIDEST inline void raise(double *__restrict power, double *__restrict base,
   }
 }
 
-/* Forces of the first `count` pairs of a block; d advances by v_t dt and is held at dmax where it would exceed it.
+/* The law as sweep() wants it.  Of a pair, `eta` is sqrt(m), m = 2 m* the mass that its damping is made with; `stretch`
+   is d, `rotation` the viscous part of T of this evaluation, for output.
 
-   k_T diverges as r -> r0 (eq. 7): there C_T is limited to what stops the sliding of the two surfaces within a step,
-   a third of m* over dt for discs, since a larger one would reverse it.  lost_sliding is the whole work that T_e takes
+   d advances by v_t dt and is held at dmax where it would exceed it; a pair beyond r0 has dmax = 0, which empties it.
+   k_T diverges as r -> r0 (eq. 7): there C_T is limited to what stops the sliding of the two surfaces within a step, a
+   third of m* over dt for discs, since a larger one would reverse it.  lost_sliding is the whole work that T_e takes
    from the grains, what is stored in d included. */
-template <bool SPRING, bool FRICTION, bool ACCOUNT>
-DISC_WIDEST void respond(const ContinuousLaw &law, double dt, ContinuousBlock &__restrict b, int count)
-{
-  const double reach = law.reach(), slope = law.alpha * law.mu, mu = law.mu, ratio = 2.0 * law.damping;
-  const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
-  const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0;
-  const double most = 1.0 / (6.0 * dt), per_force = FRICTION ? 1.5 / law.alpha : 0.0;
-  double power[ContinuousBlock::SIZE], base[ContinuousBlock::SIZE], distance[ContinuousBlock::SIZE];
-  for (int k = 0; k < count; k++) {
-    distance[k] = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-    base[k] = b.touch[k] / distance[k];
-  }
-  if (!SPRING) {
-    if (const int whole = law.whole_power())
-      raise(power, base, whole, count);
-    else
-      for (int k = 0; k < count; k++)
-        power[k] = std::pow(base[k], exponent);
-  }
-  for (int k = 0; k < count; k++) {
-    const double r = distance[k], nx = b.bx[k] / r, ny = b.by[k] / r;
-    const double elastic = SPRING ? hooke * (b.touch[k] - r) : strength * power[k];
-    const double stiffness = SPRING ? hooke : exponent * elastic / r;
-    const double vn = nx * b.ux[k] + ny * b.uy[k];
-    const double viscous = -ratio * b.eta[k] * std::sqrt(stiffness) * vn;
-    b.viscous[k] = viscous;
-    if (ACCOUNT) b.lost_viscous[k] = -viscous * vn * dt;
-    const double normal = elastic + viscous;
-    double tangential = 0.0;
-    if (FRICTION) {
-      const double depth = std::max(reach * b.touch[k] - r, 1.0e-300);
-      const double largest = slope * depth, lever = arm * r / b.touch[k];
-      const double sideways = nx * b.uy[k] - ny * b.ux[k], vt = sideways - lever * b.surface[k];
-      const double old = b.stretch[k], trial = old + vt * dt;
-      const double above = trial < -largest ? -largest : trial;
-      const double kept = above > largest ? largest : above;
-      const double rest = 1.0 - std::fabs(kept) / largest, root = std::sqrt(rest);
-      const double spring = -std::copysign(mu * elastic * (1.0 - rest * root), kept);
-      const double critical = ratio * b.eta[k] * std::sqrt(per_force * elastic / depth * root);
-      const double limit = b.eta[k] * b.eta[k] * most;
-      const double dragging = -(critical < limit ? critical : limit) * (sideways - rolls * lever * b.surface[k]);
-      b.stretch[k] = kept;
-      b.dragging[k] = dragging;
-      tangential = spring + dragging;
-      b.torque[k] = lever * tangential;
-      if (ACCOUNT) {
-        const double before = std::max(0.0, 1.0 - std::fabs(old) / largest);
-        const double earlier = -std::copysign(mu * elastic * (1.0 - before * std::sqrt(before)), old);
-        b.lost_sliding[k] = -0.5 * (spring + earlier) * vt * dt;
-        b.lost_viscous[k] -= dragging * vt * dt;
-      }
+template <bool SPRING, bool FRICTION_> struct Continuous {
+  static constexpr bool DAMPING = true, FRICTION = FRICTION_, ROLLING = false;
+  ContinuousLaw law;
+
+  template <bool ACCOUNT> DISC_INLINE void respond(const Motion &motion, Block &__restrict b, int count) const
+  {
+    const double reach = law.reach(), slope = law.alpha * law.mu, mu = law.mu, ratio = 2.0 * law.damping;
+    const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
+    const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0, dt = motion.dt;
+    const double most = 1.0 / (6.0 * dt), per_force = FRICTION ? 1.5 / law.alpha : 0.0;
+    const double *const __restrict eta = b.eta;
+    double *const __restrict stretch = b.stretch, *const __restrict dragged = b.rotation;
+    double *const __restrict viscous = b.viscous;
+    alignas(64) double distance[BLOCK], power[BLOCK], base[BLOCK];
+    for (int k = 0; k < count; k++) {
+      distance[k] = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
+      base[k] = b.touch[k] / distance[k];
     }
-    b.fx[k] = normal * nx - tangential * ny;
-    b.fy[k] = normal * ny + tangential * nx;
+    if (!SPRING) {
+      if (const int whole = law.whole_power())
+        raise(power, base, whole, count);
+      else
+        for (int k = 0; k < count; k++)
+          power[k] = std::pow(base[k], exponent);
+    }
+    for (int k = 0; k < count; k++) {
+      const double r = distance[k], inverse = 1.0 / r, nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
+      const double depth = reach * b.touch[k] - r, within = depth > 0.0 ? 1.0 : 0.0;
+      const double elastic = within * (SPRING ? hooke * (b.touch[k] - r) : strength * power[k]);
+      const double stiffness = SPRING ? within * hooke : exponent * elastic * inverse;
+      const double vn = nx * b.ux[k] + ny * b.uy[k];
+      const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
+      viscous[k] = damper;
+      if (ACCOUNT) b.lost_viscous[k] = -damper * vn * dt;
+      const double normal = elastic + damper;
+      double tangential = 0.0;
+      if (FRICTION) {
+        const double room = depth > 1.0e-300 ? depth : 1.0e-300, largest = slope * room;
+        const double lever = within > 0.0 ? arm * r / b.touch[k] : 0.0;
+        const double sideways = nx * b.uy[k] - ny * b.ux[k], vt = sideways - lever * b.surface[k];
+        const double old = stretch[k], trial = old + vt * dt;
+        const double above = trial < -largest ? -largest : trial;
+        const double kept = within * (above > largest ? largest : above);
+        const double rest = 1.0 - std::fabs(kept) / largest, root = std::sqrt(rest);
+        const double spring = -std::copysign(mu * elastic * (1.0 - rest * root), kept);
+        const double critical = ratio * eta[k] * std::sqrt(per_force * elastic / room * root);
+        const double limit = within * eta[k] * eta[k] * most;
+        const double dragging = -(critical < limit ? critical : limit) * (sideways - rolls * lever * b.surface[k]);
+        stretch[k] = kept;
+        dragged[k] = dragging;
+        tangential = spring + dragging;
+        b.tangential[k] = lever * tangential;
+        if (ACCOUNT) {
+          const double share = 1.0 - std::fabs(old) / largest, before = share > 0.0 ? share : 0.0;
+          const double earlier = -std::copysign(mu * elastic * (1.0 - before * std::sqrt(before)), old);
+          b.lost_sliding[k] = -0.5 * (spring + earlier) * vt * dt;
+          b.lost_viscous[k] -= dragging * vt * dt;
+        }
+      }
+      b.fx[k] = normal * nx - tangential * ny;
+      b.fy[k] = normal * ny + tangential * nx;
+    }
   }
-}
+};
 
 }    // namespace disc
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from wf_process import QUICK, Running, Wf, call
+from wf_process import ALL_STAGES, QUICK, Running, Wf, call
 
 
 @pytest.fixture
@@ -36,6 +38,13 @@ def cohesive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return _finished(tmp_path_factory.mktemp("cohesive"), *words)
 
 
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """A finished run of method 2 through all its stages, and how long it took; look, do not touch."""
+    begun = time.monotonic()
+    return _finished(tmp_path_factory.mktemp("whole"), *ALL_STAGES), time.monotonic() - begun
+
+
 @pytest.fixture
 def copy(packing: Path, tmp_path: Path) -> Path:
     """A copy of the finished run to damage."""
@@ -54,3 +63,24 @@ def running(tmp_path: Path) -> Iterator[Callable[..., Running]]:
     yield start
     for one in started:
         one.end()
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
+    """Mounts a tmpfs with the given options on `disk`."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted: list[Path] = []
+
+    def mount(options: str) -> Path:
+        done = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", options, "tmpfs", disk], capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            pytest.skip(f"cannot mount a tmpfs here: {done.stderr.strip()}")
+        mounted.append(disk)
+        return disk
+
+    yield mount
+    for folder in mounted:
+        subprocess.run(["umount", folder], check=True)

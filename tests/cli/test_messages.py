@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -33,6 +33,7 @@ MISUSE: dict[str, tuple[list[str], list[str]]] = {
     "NaN": (["run", "method1", "--mu", "nan"], ["mu = nan"]),
     "word for number": (["run", "method1", "--kappa", "stiff"], ["--kappa", "stiff"]),
     "unknown barostat": (["run", "method1", "--barostat", "nose"], ["nose", "inertial", "berendsen"]),
+    "no error": (["accuracy", "--error", "0"], ["--error 0", "above 0"]),
     "unstable step": (["run", "method1", "--step", "0.5"], ["step = 0.5", "unstable", "at most"]),
     "skin below tail": (["run", "method1", "--skin", "0.01", "--d0", "0.05"], ["skin = 0.01", "d0 = 0.05"]),
     "endless run": (["deck", "method1", "--max-time", "inf", "--dry-run"], ["max_time = inf"]),
@@ -237,27 +238,6 @@ def test_frame_that_does_not_exist(frame: int, packing: Path, capsys: pytest.Cap
     for command in ("measure", "plot"):
         assert main([command, str(packing), "--frame", str(frame)]) == 2
         assert f"frame {frame} does not exist" in capsys.readouterr().err
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Callable[[str], Path]]:
-    """Mounts a tmpfs with the given options on `disk`."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mounted: list[Path] = []
-
-    def mount(options: str) -> Path:
-        done = subprocess.run(
-            ["mount", "-t", "tmpfs", "-o", options, "tmpfs", disk], capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            pytest.skip(f"cannot mount a tmpfs here: {done.stderr.strip()}")
-        mounted.append(disk)
-        return disk
-
-    yield mount
-    for folder in mounted:
-        subprocess.run(["umount", folder], check=True)
 
 
 # 4 kB: full while the directory is made.  16 kB: full at the first words of the run.  64 kB: full while the engine

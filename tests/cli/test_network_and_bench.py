@@ -23,13 +23,15 @@ def test_rigidity_counts_of_a_real_packing_close(packing: Path, wf: Wf) -> None:
     assert rigidity["floppy_modes"] >= 3 * rattlers + 2  # a loose grain has three mechanisms, and the whole drifts
     assert rigidity["unstable_modes"] == 0
     # the strongest forces of a compressed packing wind around the cell, near the mean force of order a P
-    assert 0.1 < measures["force_percolation"]["threshold"] < 10.0
+    assert 0.1 < measures["forces"]["percolation"]["threshold"] < 10.0
     # stiff against compression: the order of K_N = kappa P, and never above it by more than the coordination
     assert 0.01 * 1e3 < measures["elastic_moduli"]["c11"] < 10.0 * 1e3
 
 
-def test_network_can_be_left_out(packing: Path, wf: Wf) -> None:
-    assert "rigidity" not in json.loads(wf("measure", packing, "--json", "--no-network").stdout)
+def test_groups_can_be_left_out_and_misspelt(packing: Path, wf: Wf) -> None:
+    assert "rigidity" not in json.loads(wf("measure", packing, "--json", "--only", "none").stdout)
+    done = wf("measure", packing, "--only", "forces,hols")
+    assert done.returncode == 2 and "'hols' is no group" in done.stderr and "holes" in done.stderr
 
 
 @pytest.mark.parametrize("words", [["--steps", "200", "--rounds", "1"]])

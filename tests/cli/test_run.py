@@ -14,7 +14,7 @@ import pytest
 from wf_process import QUICK, Wf, record, steps
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import cut_back, newest, step_of
+from workflow.engine.checkpoint import confirmed, cut_back, damaged, newest, step_of
 from workflow.engine.environment import engine
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
@@ -226,12 +226,13 @@ def test_overlapping_start_is_refused_by_the_engine_not_by_a_crash(wf: Wf, tmp_p
 def test_checkpoint_of_a_run(packing: Path, copy: Path) -> None:
     found = newest(packing)
     assert found is not None
-    assert found.path.name.endswith(".end")
-    assert found.step == step_of(found.path) == record(packing)["result"]["step"]
+    assert found.step == step_of(found.path) <= record(packing)["result"]["step"] == step_of(packing / "checkpoint.2.end")
+    assert confirmed(found.path)
     os.truncate(copy / found.path.name, 40)
     older = newest(copy)
     assert older is not None
-    assert older.step <= found.step
+    assert older.step < found.step
+    assert [path.name for path in damaged(copy)] == [found.path.name]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.8])

@@ -24,6 +24,11 @@ WF = [sys.executable, "-m", "workflow.cli.main"]
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]
 # 90 000 steps, some two seconds: can be stopped in the middle and still finished within a test
 SLOW = ["method1", "--no-cohesion", "--n", "200", "--kappa", "1e4", "--hold", "1", "--checkpoint-interval", "1"]
+# some three seconds through all six stages: soft grains with friction, rolling, distant pairs, a ramp and a load
+ALL_STAGES = [
+    "method2", "--n", "60", "--kappa", "1e4", "--soft-kappa", "1e3", "--d0", "0.01", "--stiffening", "3", "--rolling",
+    "--mur", "0.05", "--quiet", "2", "--hold", "0.2", "--checkpoint-interval", "0.5", "--pstar", "0.05", "--frame-interval", "5",
+]  # fmt: skip
 # far longer than any test looks at it
 ENDLESS = ["method1", "--n", "400", "--max-time", "500"]
 
@@ -48,9 +53,9 @@ def call(*words: object, cwd: Path, **variables: str) -> subprocess.CompletedPro
 class Running:
     """A `wf` at work in the background, in a process group of its own."""
 
-    def __init__(self, folder: Path, *words: str, stderr: Any = subprocess.PIPE) -> None:
+    def __init__(self, folder: Path, *words: str, stderr: Any = subprocess.PIPE, resume: bool = False) -> None:
         self.directory = folder / "slow"
-        command = [*WF, "run", *words, "--out", "slow"]
+        command = [*WF, "resume", "slow"] if resume else [*WF, "run", *words, "--out", "slow"]
         self.process = subprocess.Popen(
             command, cwd=folder, stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True
         )

@@ -106,7 +106,7 @@ def test_kinetic_stress_of_free_discs(discs: Callable[..., Any], spread: dict[st
 @pytest.mark.parametrize("shares", ["1 1", "2 1"])
 def test_a_packing_reaches_the_imposed_stress(discs: Callable[..., Any], gas: Callable[..., Any], shares: str) -> None:
     """Cohesionless discs, compressed from a gas at rest: stress = sum over contacts of F r/A in the end."""
-    scene = gas(60, 0.5, seed=9, speed=0.0)
+    scene = gas(80, 0.5, seed=9, speed=0.0)
     law = {"kn": 1e3, "kt": 1e3, "mu": 0.3, "zeta": 0.8}
     sample = discs(**scene, law=law, step=2e-3, move=f"stress {shares} drag 0.2").run(60000)
     frame = sample.frame()

@@ -74,14 +74,23 @@ def holes(frame: Frame) -> Holes:
 
     Raises InputError without grains or for positions that are not finite, WorkflowError when the triangulation fails.
     """
+    return hole_triangles(frame)[0]
+
+
+def hole_triangles(frame: Frame) -> tuple[Holes, Floats, Ints]:
+    """`holes`, and what they are made of: triangles (T, 3, 2) between disc centres, and the hole of each, (T,) int64.
+
+    A triangle less its three discs is part of its hole; -1 where nothing is left.  Corners may lie outside the cell.
+    """
     if frame.grains == 0:
         raise InputError("frame has 0 grains; holes need at least one grain")
     mesh = _triangulate(frame)
     i, j, offset = _open_neighbours(mesh)
     parts = components(len(mesh.grain), i, j, offset)
     corners = mesh.point + (parts.image * frame.cell)[:, None, :]
-    area, first, second = _void_moments(corners, 0.5 * frame.diameter[mesh.grain], mesh.closed)
-    return _collect(parts.label, parts.winds, area, first, second, smallest=1e-12 * frame.area / frame.grains)
+    moments = _void_moments(corners, 0.5 * frame.diameter[mesh.grain], mesh.closed)
+    found, rank = _collect(parts.label, parts.winds, *moments, smallest=1e-12 * frame.area / frame.grains)
+    return found, frame.origin + mesh.point, rank[parts.label]
 
 
 def grid_holes(frame: Frame, *, spacing: float) -> Holes:
@@ -104,11 +113,11 @@ def grid_holes(frame: Frame, *, spacing: float) -> Holes:
     pixel = step.prod()
     return _collect(
         parts.label[part], parts.winds, length * pixel, centre * (length * pixel)[:, None], second * pixel, smallest=0.0
-    )
+    )[0]
 
 
-def _collect(label: Ints, winds: Bools, area: Floats, first: Floats, second: Floats, smallest: float) -> Holes:
-    """Sum the moments of the pieces of each hole; pieces of rounding size are no holes."""
+def _collect(label: Ints, winds: Bools, area: Floats, first: Floats, second: Floats, smallest: float) -> tuple[Holes, Ints]:
+    """Sum the moments of the pieces of each hole; pieces of rounding size are no holes.  Also the rank of each label."""
     count = len(winds)
     total: Floats = np.bincount(label, area, minlength=count).astype(np.float64)
     moment = np.column_stack([np.bincount(label, first[:, a], minlength=count) for a in (0, 1)])
@@ -119,7 +128,9 @@ def _collect(label: Ints, winds: Bools, area: Floats, first: Floats, second: Flo
     radius = np.sqrt(2.0 * np.maximum(gyration, 0.0))
     radius[winds.any(axis=1)] = np.nan
     order = np.lexsort((radius, -total))
-    return Holes(total[order], radius[order], winds[order])
+    rank = np.full(count, -1, dtype=np.int64)
+    rank[np.flatnonzero(kept)[order]] = np.arange(len(order))
+    return Holes(total[order], radius[order], winds[order]), rank
 
 
 def _void_moments(p: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats, Floats]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import null_space, qr
+from scipy.linalg import inv, null_space, qr
 from scipy.sparse import coo_array, csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -20,9 +20,13 @@ from workflow.analysis.rigidity import (
     incidence_matrix,
     length_unit,
 )
-from workflow.analysis.sparse_rank import factorise
+from workflow.analysis.sparse_rank import Factorisation, factorise
+from workflow.errors import InputError, WorkflowError
 
-CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one of the vector
+MOST_MECHANISMS = 5000  # of which a dense product is formed (200 MB)
+ROWS_AT_ONCE = 2000  # of the dense product with a basis: 80 MB
+CARRIES = 1e-9  # a row carries self-stress if its entry exceeds this share of the largest one
+COMBINATIONS = 4  # random ones that find the rows that carry self-stress; one is enough but for rounding
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,17 @@ class FloppyModes:
 
     grains: Floats
     cell: Floats
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """``mechanisms`` k - 2; ``grains`` (N,): mean square motion of each grain over all of them (u_1, u_2, theta d).
+
+    The values add up to k - 2; a grain without contacts has 3 - 2/N (2 - 2/N without friction), a rigid backbone none.
+    """
+
+    mechanisms: int
+    grains: Floats
 
 
 @dataclass(frozen=True)
@@ -73,6 +88,39 @@ def floppy_modes(frame: Frame, *, friction: bool = True, rolling: bool = False, 
     return FloppyModes(grains / [1.0, 1.0, length], cell / length)
 
 
+def mobility(frame: Frame, *, friction: bool = True, rolling: bool = False) -> Mobility:
+    """How much each grain takes part in the mechanisms of the fixed cell, whatever basis describes them: see `Mobility`.
+
+    The diagonal of the projector B (B^T B)^-1 B^T on the null space B of G, less that on the translations.  Raises
+    InputError for more than MOST_MECHANISMS of them (B^T B is dense), WorkflowError if its trace is not their number.
+    """
+    book = degrees(frame, friction=friction, rolling=rolling)
+    basis = csr_array(factorise(dimensionless(frame, book), *grain_order(frame, book)).null_space())
+    count = basis.shape[1]
+    if count > MOST_MECHANISMS:
+        raise InputError(
+            f"mobility: {count} mechanisms, at most {MOST_MECHANISMS} fit; leave grains without contacts out (`without_loose`)"
+        )
+    basis = csr_array(basis / np.sqrt((basis**2).sum(axis=0)))
+    inverse = inv((basis.T @ basis).toarray())
+    rows = (basis[first : first + ROWS_AT_ONCE] for first in range(0, book.columns, ROWS_AT_ONCE))
+    share = np.concatenate([np.asarray(part.multiply(part @ inverse).sum(axis=1)).ravel() for part in rows])
+    if not abs(share.sum() - count) < 1e-3:  # the trace of a projector; also catches NaN
+        raise WorkflowError(f"mobility: the shares add up to {share.sum():.6g}, not to {count} mechanisms; take another frame")
+    grains = share.reshape(book.grains, book.per_grain).sum(axis=1) - TRANSLATIONS / book.grains
+    return Mobility(count - TRANSLATIONS, np.maximum(grains, 0.0))
+
+
+def without_loose(frame: Frame) -> Frame:
+    """``frame`` without the grains that interact with none: their free motions say nothing about the network."""
+    held = np.zeros(frame.grains, dtype=bool)
+    held[frame.contacts.i] = held[frame.contacts.j] = True
+    row = np.cumsum(held) - 1
+    names = ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")
+    table = replace(frame.contacts, i=row[frame.contacts.i], j=row[frame.contacts.j])
+    return replace(frame, contacts=table, **{name: getattr(frame, name)[held] for name in names})
+
+
 def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, free_cell: bool = False) -> SelfStress:
     """Basis of the self-balanced contact forces and the hyperstatic clusters that carry them: see ``SelfStress``."""
     book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
@@ -86,7 +134,22 @@ def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, f
         here = kinds[basis.row] == kind
         parts.append(csr_array((basis.data[here], (basis.col[here], owners[basis.row[here]])), shape=shape))
     normal, tangential, moment = parts
-    return SelfStress(normal, tangential, moment * length_unit(frame), _clusters(frame, owners, basis))
+    carrying = _carrying(owners, forces, cell_coupling(forces, matrix, book))
+    return SelfStress(normal, tangential, moment * length_unit(frame), _clusters(frame, carrying))
+
+
+def hyperstatic_clusters(frame: Frame, *, friction: bool = True, rolling: bool = False) -> tuple[Ints, Ints]:
+    """``clusters`` as in `SelfStress` (fixed cell) and the degree of hyperstaticity of each, without a basis.
+
+    Memory as for the counts alone, where a basis of a large cluster would fill it: a random combination of all systems of
+    self-balanced forces vanishes only where all of them do.
+    """
+    book = degrees(frame, friction=friction, rolling=rolling)
+    matrix = dimensionless(frame, book)
+    forces = factorise_forces(frame, book, matrix)
+    owners = row_owners(frame, book)
+    clusters = _clusters(frame, _carrying(owners, forces, cell_coupling(forces, matrix, book)))
+    return clusters, np.bincount(clusters[owners[forces.dependent]], minlength=int(clusters.max(initial=-1)) + 1)
 
 
 def _without_stress(basis: csc_array, coupling: Floats) -> csc_array:
@@ -100,11 +163,17 @@ def _without_stress(basis: csc_array, coupling: Floats) -> csc_array:
     return csc_array(basis[:, order[rank:]] - basis[:, order[:rank]] @ csc_array(combine))
 
 
-def _clusters(frame: Frame, owners: Ints, basis: coo_array) -> Ints:
+def _carrying(owners: Ints, forces: Factorisation, coupling: Floats) -> Ints:
+    """Interactions that can carry self-stress, from random combinations of the systems with zero ``coupling``."""
+    weights = np.random.default_rng(0).standard_normal((forces.nullity, COMBINATIONS))
+    if coupling.size:
+        weights -= np.linalg.lstsq(coupling, coupling @ weights, rcond=None)[0]
+    size = np.abs(forces.combine_null_space(weights)).max(axis=1, initial=0.0)
+    return np.unique(owners[size > CARRIES * size.max(initial=0.0)])
+
+
+def _clusters(frame: Frame, carrying: Ints) -> Ints:
     """Number of the connected self-stressed cluster of every interaction, -1 for none, largest first."""
-    largest = np.zeros(basis.shape[1])
-    np.maximum.at(largest, basis.col, np.abs(basis.data))
-    carrying = np.unique(owners[basis.row[np.abs(basis.data) > CARRIES * largest[basis.col]]])
     incidence = incidence_matrix(frame)[carrying]
     count, label = connected_components(incidence @ incidence.T, directed=False)
     by_size = np.argsort(-np.bincount(label, minlength=count), kind="stable")

@@ -26,6 +26,10 @@ from workflow.errors import WorkflowError
 # A column whose remainder is shorter than this (rows of order one) depends on those eliminated before it.  Measured on
 # packings of 1e5 grains: round-off leaves up to 3e-11, pivots stay above 1e-5, even without friction near isostaticity.
 DEPENDENT = 1e-9
+# A column whose remainder is shorter than this, but not negligible, waits for the next front, where longer ones go first.
+# Eliminating it at once would be no error of its own, but the coefficients 1/remainder multiply from front to front: in
+# cohesive packings of 20 000 grains, a hair from isostatic, round-off grew to 1e-9 that way and the ranks came out wrong.
+SHORT = 1e-2
 NOISE = 1e-11  # entries of a null vector (whose pivot entry is 1) below this are round-off
 LEAF = 12  # nodes eliminated together at the bottom of the dissection: smaller fronts cost more Python than arithmetic
 
@@ -98,13 +102,28 @@ class Factorisation:
         values = np.concatenate([np.empty(0), *(v for _, v in known.values())])
         return csc_array((values, (rows, vectors)), shape=(self.columns, self.nullity))
 
+    def combine_null_space(self, weights: Floats) -> Floats:
+        """The basis of ``null_space`` times ``weights`` (nullity, m), (columns, m), without forming the basis."""
+        motion, started = np.zeros((self.columns, weights.shape[1])), 0
+        for front in reversed(self.fronts):
+            motion[front.dead] = weights[started : started + len(front.dead)]
+            started += len(front.dead)
+            known = motion[np.concatenate((front.dead, front.border))]
+            motion[front.live] = -solve_triangular(front.upper, front.rest @ known, check_finite=False)
+        return motion
+
+    @property
+    def dependent(self) -> Ints:
+        """The dependent columns, (nullity,) int64, in the order of the vectors of ``null_space``."""
+        return np.concatenate([front.dead for front in reversed(self.fronts)])
+
     def times_null_space(self, rows: Floats) -> Floats:
         """``rows`` (m, columns) times the basis of ``null_space``, (m, nullity), without forming the basis."""
         remainder = np.array(rows, dtype=float)
         for front in self.fronts:
             share = solve_triangular(front.upper, remainder[:, front.live].T, trans=1, check_finite=False).T
             remainder[:, np.concatenate((front.dead, front.border))] -= share @ front.rest
-        return remainder[:, np.concatenate([front.dead for front in reversed(self.fronts)])]
+        return remainder[:, self.dependent]
 
 
 def dissect(position: Floats, adjacency: csr_array) -> tuple[list[Ints], list[int]]:
@@ -146,19 +165,24 @@ def factorise(matrix: csr_array, blocks: Sequence[Ints], parents: Sequence[int])
     waiting: list[list[tuple[Ints, Floats]]] = [[] for _ in blocks]
     local = np.empty(matrix.shape[1], dtype=np.int64)
     fronts, live, dead = [], [np.inf], [0.0]
+    late: list[list[Ints]] = [[] for _ in blocks]
     for block, rows in enumerate(_rows_by_block(matrix, blocks)):
         pieces = [(part.indices, part) for part in [matrix[rows]] if len(rows)] + waiting[block]
-        pivots = blocks[block]
+        pivots = np.concatenate((blocks[block], *late[block]))
         waiting[block] = []
         touched = np.unique(np.concatenate([np.empty(0, np.int64), *(columns for columns, _ in pieces)]))
         border = np.setdiff1d(touched, pivots, assume_unique=True)
         local[pivots], local[border] = np.arange(len(pivots)), np.arange(len(pivots), len(pivots) + len(border))
-        front, diagonal, below = _eliminate(_assemble(pieces, local, len(pivots) + len(border)), pivots, border)
+        root = parents[block] == block
+        assembled = _assemble(pieces, local, len(pivots) + len(border))
+        front, below, kept, lost = _eliminate(assembled, pivots, border, DEPENDENT if root else SHORT)
         fronts.append(front)
-        live.extend(diagonal[: len(front.live)])
-        dead.extend(diagonal[len(front.live) :])
-        if parents[block] != block and len(below) and len(border):
-            waiting[parents[block]].append((border, below))
+        live.append(kept)
+        dead.append(lost)
+        if not root:
+            late[parents[block]].append(front.border[: len(front.border) - len(border)])
+            if len(below) and len(front.border):
+                waiting[parents[block]].append((front.border, below))
     return Factorisation(matrix.shape[1], tuple(fronts), float(min(live)), float(max(dead)))
 
 
@@ -186,22 +210,30 @@ def _assemble(pieces: list, local: Ints, width: int) -> Floats:
     return front
 
 
-def _eliminate(front: Floats, pivots: Ints, border: Ints) -> tuple[Front, Floats, Floats]:
-    """Eliminate the pivot columns: the front, |diagonal of R|, and the rows left for the parent."""
+def _eliminate(front: Floats, pivots: Ints, border: Ints, least: float) -> tuple[Front, Floats, float, float]:
+    """Eliminate the pivot columns longer than ``least``: the front, the rows left for the parent, the shortest column
+    eliminated and the longest one found dependent.  Columns in between head the border: the parent eliminates them.
+    """
     width = len(pivots)
     if not front.size or not width:
         empty = np.zeros((0, 0)), np.zeros((0, width + len(border)))
-        return Front(pivots[:0], pivots, border, *empty), np.zeros(0), _compress(front[:, width:])
+        return Front(pivots[:0], pivots, border, *empty), _compress(front[:, width:]), np.inf, 0.0
     (raw, tau), upper, order = qr(front[:, :width], mode="raw", pivoting=True, check_finite=False)
     rest = np.asfortranarray(front[:, width:])
     if len(border):
         (ormqr,) = get_lapack_funcs(("ormqr",), (raw,))
         rest = ormqr("L", "T", raw[:, : len(tau)], tau, rest, lwork=64 * len(border))[0]
     diagonal = np.abs(upper.diagonal())
-    rank = int(np.count_nonzero(diagonal > DEPENDENT))
-    right = np.hstack((upper[:rank, rank:], rest[:rank]))
-    done = Front(pivots[order[:rank]], pivots[order[rank:]], border, upper[:rank, :rank].copy(), right)
-    return done, diagonal, _compress(rest[rank:])
+    rank = int(np.count_nonzero(diagonal > least))
+    length = np.sqrt((upper[rank:, rank:] ** 2).sum(axis=0))
+    gone, late = np.flatnonzero(length <= DEPENDENT) + rank, np.flatnonzero(length > DEPENDENT) + rank
+    right = np.hstack((upper[:rank, gone], upper[:rank, late], rest[:rank]))
+    below = np.zeros((len(rest) - rank, len(late) + len(border)))
+    below[: len(upper) - rank, : len(late)] = upper[rank:, late]
+    below[:, len(late) :] = rest[rank:]
+    columns = pivots[order]
+    done = Front(columns[:rank], columns[gone], np.concatenate((columns[late], border)), upper[:rank, :rank].copy(), right)
+    return done, _compress(below), float(diagonal[:rank].min(initial=np.inf)), float(length[gone - rank].max(initial=0.0))
 
 
 def _compress(rows: Floats) -> Floats:

@@ -105,15 +105,31 @@ def _numeric(line: bytes, columns: int, finite: bool) -> bool:
     return len(values) == columns and (not finite or bool(np.isfinite(values).all()))
 
 
-def _block(lines: _Lines, kind: str) -> Block:
-    """The next snapshot; ``kind`` is ATOMS or ENTRIES."""
+def _clock(lines: _Lines, foreign: bool) -> float:
+    """The time, up to the line ``ITEM: TIMESTEP``; a foreign dump may lack it (NaN), and may name its units first."""
+    if foreign:
+        ahead = lines.file.peek(80).split(b"\n")[0].strip()  # type: ignore[attr-defined]
+        if ahead == b"ITEM: UNITS":
+            lines.take(2)
+            ahead = lines.file.peek(80).split(b"\n")[0].strip()  # type: ignore[attr-defined]
+        if ahead == b"ITEM: TIMESTEP":
+            lines.take(1)
+            return float("nan")
     lines.header("TIME")
     time = float(lines.numbers(1, 1, "the time")[0, 0])
     lines.header("TIMESTEP")
+    return time
+
+
+def _block(lines: _Lines, kind: str, foreign: bool) -> Block:
+    """The next snapshot; ``kind`` is ATOMS or ENTRIES."""
+    time = _clock(lines, foreign)
     step = lines.integer("the time step")
     lines.header(f"NUMBER OF {kind}")
     rows = lines.integer("the number of rows")
     faces = lines.header("BOX BOUNDS").split()
+    if foreign and (len(faces) > 3 or faces[:2] != ["pp", "pp"]):
+        raise lines.fault(f"the cell is '{' '.join(faces)}', expected a rectangle periodic in x and y, 'pp pp ...'")
     bounds = lines.numbers(3, 2, "lower and upper box face")
     columns = tuple(lines.header(kind).split())
     line = lines.number
@@ -121,18 +137,19 @@ def _block(lines: _Lines, kind: str) -> Block:
     return Block(step, time, bounds, columns, lines.numbers(rows, len(columns), " ".join(columns)), line, periodic)
 
 
-def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
+def read_blocks(path: PathLike, kind: str, *, foreign: bool = False) -> Iterator[Block]:
     """Snapshots of a LAMMPS ``dump custom`` (kind ATOMS) or ``dump local`` (kind ENTRIES), steps increasing.
 
-    A step written twice (the end of one stage is the start of the next) is given once, as first written.  Raises
-    ArchiveError for a missing file, damage before the last frame, or steps that go back.
+    A step written twice (the end of one stage is the start of the next) is given once, as first written.  ``foreign``:
+    the dump of another deck, which may lack the time (then NaN) and must be periodic in x and y.  Raises ArchiveError
+    for a missing file, damage before the last frame, or steps that go back.
     """
     last = -1
     with _open(path) as file:
         lines = _Lines(path, file)
         while True:
             try:
-                block = _block(lines, kind)
+                block = _block(lines, kind, foreign)
             except _Truncated:
                 return
             if block.step < last:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from workflow.archive.read import Archive
-from workflow.cli.measure import archived
 from workflow.cli.options import command
+from workflow.cli.sources import archived
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError

@@ -1,59 +1,96 @@
-"""wf measure: the numbers of a run."""
+"""wf measure: the numbers of a run, of several samples, or of another program's dump."""
 
 from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+from workflow.analysis.groups import GROUPS, chosen_groups
+from workflow.analysis.samples import pool
 from workflow.cli.options import command
 from workflow.cli.run import summary
-from workflow.engine.collect import ARCHIVE, collect, measures_of
-from workflow.engine.rundir import FINISHED, RunDirectory
-from workflow.errors import ArchiveError
+from workflow.cli.sources import add_sources, frame_of, measures_from
+from workflow.engine.rundir import RunDirectory
+from workflow.errors import InputError
 
 EXAMPLES = """
-wf measure runs/method1-130aae48                  for people
-wf measure runs/method1-130aae48 --json           for programs
-wf measure runs/method1-130aae48 --frame 0        the first frame instead of the last
+wf measure runs/method1-130aae48                         for people
+wf measure runs/method1-130aae48 --json                  for programs
+wf measure runs/method1-130aae48 --only forces,holes     chosen groups beside the standard numbers
+wf measure sample1 sample2 sample3 --only all            mean and scatter over samples
+wf measure grains.dump --contacts contacts.dump          LAMMPS dumps of another deck
 """
+SHOWN = 6  # entries of a list that people see
 
 
 def declare(commands: Any) -> None:
     """Options of `wf measure`."""
     parser = command(
-        commands,
-        "measure",
-        "measure a run: density, coordination, forces, equilibrium, energy",
-        EXAMPLES,
+        commands, "measure", "measure a run: density, coordination, forces, rigidity, structure, energy", EXAMPLES + _table(),
         action=action,
-    )
-    parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
-    parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame, negative from the end (default -1)")
-    parser.add_argument(
-        "--network", action=argparse.BooleanOptionalAction, default=None,
-        help="rigidity, elastic moduli and force percolation too (default: up to 10000 grains)",
     )  # fmt: skip
+    add_sources(parser)
+    parser.add_argument("--only", metavar="GROUPS", help="groups beside the standard numbers: names with commas, all, or none")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def archived(directory: RunDirectory) -> RunDirectory:
-    """The directory with its archive, made now if the deck was run by hand."""
-    archive, dump = directory / ARCHIVE, directory / "grains.dump"
-    if not archive.is_file() or (dump.is_file() and dump.stat().st_mtime_ns > archive.stat().st_mtime_ns):
-        if not dump.is_file():
-            raise ArchiveError(f"'{directory.path}' has no results yet; run its deck, or 'wf resume {directory.path}'")
-        collect(directory)
-        result = directory.result()
-        if result and not result["stopped"]:  # the deck came to its end; a killed run stays one to resume
-            directory.record(status=FINISHED, reason=None)
-    return directory
+def _table() -> str:
+    """The groups with their cost, under the examples of the help."""
+    rows = [f"  {name:17s} {group.cost:16s} {group.meaning}{'' if group.unasked else ' *'}" for name, group in GROUPS.items()]
+    title = "groups (processor seconds for 5600 grains, for 1 000 000; * only when named):"
+    return "\n".join(["", title, *rows]) + "\n"
 
 
 def action(arguments: argparse.Namespace) -> int:
-    """Measure and print."""
-    directory = archived(RunDirectory.open(arguments.directory))
-    measures = measures_of(directory, arguments.frame, network=arguments.network)
-    print(json.dumps(measures, indent=1) if arguments.json else summary(measures, directory))
-    return 0
+    """Measure and print; 1 if a group that was asked for could not be had."""
+    named = arguments.only.split(",") if arguments.only is not None else None
+    chosen_groups(named, 0)  # a misspelt name is said before anything is computed
+    if len(arguments.source) > 1 and len(set(arguments.source)) < len(arguments.source):
+        raise InputError("a source is named twice; samples must be different runs")
+    measures = [measures_from(source, arguments, named) for source in arguments.source]
+    pooled = len(measures) > 1
+    result = pool(measures, frame_of(arguments.source[0], arguments)[1]) if pooled else measures[0]
+    if arguments.json:
+        print(json.dumps(result, indent=1))
+    else:
+        print(_text(result, arguments, pooled=pooled, named=named is not None))
+    asked = chosen_groups(named, 0) if named else []
+    return int(any("error" in sample[name] for sample in measures for name in asked))
+
+
+def _text(result: dict[str, Any], arguments: argparse.Namespace, *, pooled: bool, named: bool) -> str:
+    """For people: the summary of a run, and the groups that were asked for; everything for other sources."""
+    source = arguments.source[0]
+    if pooled or source.is_file():
+        return "\n".join(f"{name:44s}{text}" for name, text in _lines(result))
+    text = summary(result, RunDirectory.open(source))
+    extra = {name: result[name] for name in GROUPS if name in result} if named else {}
+    return "\n".join([text, *(f"{name:44s}{value}" for name, value in _lines(extra))])
+
+
+def _lines(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
+    """One line per number, named by its path."""
+    for name, value in tree.items():
+        path = f"{above}{name}"
+        if isinstance(value, Mapping) and "samples" in value:
+            yield path, _moments(value)
+        elif isinstance(value, Mapping):
+            yield from _lines(value, f"{path}.")
+        elif isinstance(value, list):
+            yield path, " ".join(_short(entry) for entry in value[:SHOWN]) + (" ..." if len(value) > SHOWN else "")
+        else:
+            yield path, _short(value)
+
+
+def _moments(value: Mapping[str, Any]) -> str:
+    if "true" in value:
+        return f"in {value['true']} of {value['samples']}"
+    return f"{_short(value['mean'])} +- {_short(value['scatter'])}"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    return "undefined" if value is None else str(value)

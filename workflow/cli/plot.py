@@ -1,4 +1,4 @@
-"""wf plot: figures of a run."""
+"""wf plot: figures of a run, of several samples, or of another program's dump."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Any
 
 from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
-from workflow.cli.measure import archived
+from workflow.cli.assembling import density, pores
 from workflow.cli.options import command
+from workflow.cli.sources import add_sources, archived, frame_of, packing
 from workflow.engine.heap import ground
-from workflow.engine.rundir import ARCHIVE, STAGES, RunDirectory
+from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
 
@@ -19,57 +20,101 @@ EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
 wf plot runs/method1-130aae48 --out figures            elsewhere
 wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
+wf plot packing --figure stressed,cloud,angles         chosen figures; all: every one
+wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
+wf plot runs/method1-* runs/method2-* --figure density both methods, solid fraction against time (G07 fig. 4)
+wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
+wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
+HISTORY, DEFAULT = "history", ("forces", "history")
+OF_RUNS = (HISTORY, "density", "pores")  # need the time series or the stages of run directories
+# here and not in the gallery, because the help must not wait for matplotlib
+FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "coordination", "self_stress", "floppy", "vibrations",
+           "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", *OF_RUNS)  # fmt: skip
 
 
 def declare(commands: Any) -> None:
     """Options of `wf plot`."""
-    parser = command(commands, "plot", "draw the force network and the history of a run", EXAMPLES, action=action)
-    parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
+    parser = command(commands, "plot", "draw the force network, the history and other figures", EXAMPLES, action=action)
+    add_sources(parser)
+    parser.add_argument("--figure", metavar="NAMES",
+                        help=f"figures, names with commas, or all (default forces,history): {', '.join(FIGURES)}")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to write (default: the run directory)")
-    parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame of the force network (default: the last)")
     parser.add_argument("--format", nargs="+", choices=("png", "svg"), default=["png", "svg"], help="file formats")
 
 
 def action(arguments: argparse.Namespace) -> int:
-    """Draw both figures."""
-    from workflow.report.figures import force_network, history  # matplotlib is slow to import
+    """Draw the chosen figures and say where they are."""
+    from workflow.report.gallery import PLOTS  # matplotlib is slow to import
 
-    directory = archived(RunDirectory.open(arguments.directory))
-    out = arguments.out or directory.path
+    first, several = arguments.source[0], len(arguments.source) > 1
+    if not first.is_file() and isinstance(RunDirectory.open(first).scene, Heap):
+        return _heap(archived(RunDirectory.open(first)), arguments)
+    names = _chosen(arguments)
+    alone = [name for name in names if name == HISTORY or (name not in OF_RUNS and not PLOTS[name].several)]
+    if several and alone:
+        raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
+    out = arguments.out or (first.parent if first.is_file() else first)
+    samples = [frame_of(source, arguments) for source in arguments.source] if set(names) - set(OF_RUNS) else []
+    together = {"density": density, "pores": pores}
     out.mkdir(parents=True, exist_ok=True)
-    scene = directory.scene
-    if isinstance(scene, Heap):
-        return heap_figures(directory, scene, arguments, out)
-    names = {stem: [out / f"{stem}.{kind}" for kind in arguments.format] for stem in ("forces", "history")}
-    with Archive(directory / ARCHIVE) as archive:
-        frame, series = archive.frame(arguments.frame), archive.series
-    force_network(
-        frame, names["forces"], force_unit=scene.force_unit, symbol="F_0" if scene.cohesion else "aP",
-        tolerance=scene.force_tolerance,
-    )  # fmt: skip
-    drawn = list(names["forces"])
-    if series:
-        history(
-            series, names["history"], density="solid_fraction", stresses=("stress_x", "stress_y"),
-            unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-            tolerance=scene.force_tolerance * scene.force_unit, stages=STAGES,
-        )  # fmt: skip
-        drawn += names["history"]
-    print("\n".join(str(path) for path in drawn))
+    for name in names:
+        paths = [out / f"{name}.{kind}" for kind in arguments.format]
+        if name == HISTORY:
+            paths = _history(archived(RunDirectory.open(first)), paths)
+        elif name in together:
+            together[name]([RunDirectory.open(source).path for source in arguments.source], paths)
+        else:
+            PLOTS[name].draw(samples, paths)
+        for path in paths:
+            print(path)
     return 0
 
 
-def heap_figures(directory: RunDirectory, scene: Heap, arguments: argparse.Namespace, out: Path) -> int:
+def _chosen(arguments: argparse.Namespace) -> list[str]:
+    """Names of the figures; without --figure those that the sources have."""
+    known = [name for name in FIGURES if name not in OF_RUNS or not arguments.source[0].is_file()]
+    if arguments.figure is None:
+        return [name for name in DEFAULT if name in known]
+    names = known if arguments.figure == "all" else arguments.figure.split(",")
+    for name in names:
+        if name not in known:
+            raise InputError(f"--figure {name} is not known; choose from {', '.join(known)}, or all")
+    return list(names)
+
+
+def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
+    """The time series; nothing if the run has none."""
+    from workflow.report.figures import history
+
+    scene = packing(directory)
+    with Archive(directory / ARCHIVE) as archive:
+        series = archive.series
+    if not series:
+        return []
+    history(
+        series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
+        unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
+        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
+    )  # fmt: skip
+    return paths
+
+
+def _heap(directory: RunDirectory, arguments: argparse.Namespace) -> int:
     """Grains, centre-to-centre vectors, forces with the base profile, voidage and stress lines; a film of an avalanche."""
     from workflow.report import heap  # matplotlib is slow to import
 
+    scene, out = directory.scene, arguments.out or directory.path
+    assert isinstance(scene, Heap)
+    if arguments.figure or len(arguments.source) > 1:
+        raise InputError(f"'{directory.path}' is a heap, whose figures are drawn together; give it alone, without --figure")
     with Archive(directory / ARCHIVE) as archive:
         frame, tracks = archive.frame(arguments.frame), archive.tracks
     place, drawn = ground(scene), []
     if not in_heap(frame, place).any():
         raise InputError(f"frame {arguments.frame} of '{directory.path}' holds no heap; choose another with --frame")
+    out.mkdir(parents=True, exist_ok=True)
     for name, draw in (("heap", heap.snapshot), ("vectors", heap.vectors), ("forces", heap.forces), ("maps", heap.maps)):
         paths = [out / f"{name}.{kind}" for kind in arguments.format]
         draw(frame, place, paths)

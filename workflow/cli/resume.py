@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,18 @@ def declare(commands: Any) -> None:
     """Options of `wf resume`."""
     parser = command(commands, "resume", "continue an interrupted run from its newest checkpoint", EXAMPLES, action=action)
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
-    add_run_options(parser)
+    add_run_options(parser, ranks=None)
 
 
 def action(arguments: argparse.Namespace) -> int:
-    """Continue the run."""
+    """Continue the run, on as many ranks as it had unless told otherwise."""
+    directory = RunDirectory.open(arguments.directory)
+    before = directory.state.get("ranks", 1)
+    arguments.ranks = before if arguments.ranks is None else arguments.ranks
     check_ranks(arguments)
-    return finish(RunDirectory.open(arguments.directory), arguments, resume=True)
+    if arguments.ranks != before:
+        print(
+            f"on {arguments.ranks} ranks instead of {before}: rounding differs, so the run does not repeat bit for bit",
+            file=sys.stderr,
+        )
+    return finish(directory, arguments, resume=True)

@@ -16,7 +16,6 @@ from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
-from workflow.scene.method1 import Method1
 
 EXAMPLES = """
 wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
@@ -38,9 +37,10 @@ def declare(commands: Any) -> None:
     add_run_options(parser)
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """What run and resume share."""
-    parser.add_argument("--ranks", type=int, default=1, metavar="R", help="MPI ranks (default 1)")
+def add_run_options(parser: argparse.ArgumentParser, ranks: int | None = 1) -> None:
+    """What run and resume share; ``ranks``: default, None for those of the run."""
+    text = "MPI ranks (default 1)" if ranks else "MPI ranks (default: those of the run)"
+    parser.add_argument("--ranks", type=int, default=ranks, metavar="R", help=text)
     parser.add_argument("--json", action="store_true", help="print the measures as JSON")
 
 
@@ -53,7 +53,7 @@ def action(arguments: argparse.Namespace) -> int:
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
-    if isinstance(scene, Method1) and scene.compression_time > scene.max_time:
+    if not isinstance(scene, Heap) and scene.compression_time > scene.max_time:
         print(f"the compression alone takes about {scene.compression_time:.0f} T0: raise --max-time", file=sys.stderr)
     left_out = scene.left_out()
     if left_out:
@@ -110,17 +110,18 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         ("unbalanced [F1]", f"force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}"),
         ("kinetic energy/grain", f"{energy['per_grain']:.2g}  (with drift and rattlers {energy['raw']:.2g})"),
     ]
-    if residual:
-        rows.append(("energy residual", f"{100 * residual['relative']:.2f} % of the energy that went through"))
-    if relaxation:
-        changes = f"contacts opened {relaxation['contacts_opened']}, closed {relaxation['contacts_closed']}"
-        rows.append(("settling", f"{changes}, solid fraction {relaxation['solid_fraction_change']:+.1e}"))
+    known = f"{100 * residual['relative']:.2f} % of the energy that went through" if residual else "unknown, no energy account"
+    rows.append(("energy residual", known))
+    for stage, change in (relaxation or {}).items():
+        changes = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}"
+        rows.append((f"drag in {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
     if "hyperstaticity" in measures.get("rigidity", {}):
         network = measures["rigidity"]
         rows.append(("rigidity", f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"))
-    tail = f", {numerics['steps_in_tail']:.0f} in the tail" if numerics["steps_in_tail"] else ""
-    resolution = f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
-    rows.append(("steps", f"{resolution}; largest overlap {numerics['largest_overlap']:.1e} a"))
+    tail = f", {numerics['steps_in_tail']:.0f} in the tail at the fastest approach" if numerics["steps_in_tail"] else ""
+    rows.append(("steps", f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"))
+    part = 100 * numerics["largest_overlap_of_smallest_radius"]
+    rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])

@@ -1,14 +1,16 @@
 """Scene -> deck and data file, as text.  Pure functions: no engine, nothing written.
 
 A template of ``lammps_inputs/`` is itself a runnable deck with ``variable NAME index DEFAULT`` lines at the top; rendering
-replaces defaults by the scene's values and nothing else, so what Python runs, what ``lmp -in`` runs and what a cluster job
-runs is the same deck.
+puts the files it includes in their places, replaces defaults by the scene's values and nothing else, so what Python runs,
+what ``lmp -in`` runs and what a cluster job runs is the same deck.
 """
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+
+import numpy as np
 
 from workflow.errors import InputError
 from workflow.scene.grains import Discs
@@ -17,6 +19,7 @@ from workflow.scene.presets import Scene
 DECK = "deck.in"
 DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
+_INCLUDE = re.compile(r"^include\s+(common/\S+)$", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 
@@ -31,8 +34,13 @@ def templates() -> Path:
 
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
-    template = (templates() / f"{scene.name}.in").read_text(encoding="utf-8")
-    return fill(template, {**scene.variables(), "data": DATA})
+    return fill(whole(templates() / f"{scene.name}.in"), {**scene.variables(), "data": DATA})
+
+
+def whole(path: Path) -> str:
+    """The template with the files it includes put in their places: a run directory needs no other file."""
+    text = path.read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda match: (path.parent / match[1]).read_text(encoding="utf-8").rstrip("\n"), text)
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:
@@ -57,11 +65,22 @@ def fill(template: str, values: dict[str, str | int | float]) -> str:
 
 
 def data_file(discs: Discs) -> str:
-    """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2)."""
+    """The discs as a LAMMPS data file (atom_style sphere); masses are set in the deck (m = d^2/a^2).
+
+    Raises InputError if two centres coincide: such a pair has no direction to repel along.
+    """
+    places, counts = np.unique(np.mod(discs.position, discs.cell), axis=0, return_counts=True)
+    if counts.max(initial=0) > 1:
+        x, y = places[counts.argmax()]
+        raise InputError(f"{counts.max()} grains have one centre, ({x:g}, {y:g}) a; move them apart")
     width, height = discs.cell.tolist()
     head = (
         f"discs in a periodic cell\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"
         f"0 {width!r} xlo xhi\n0 {height!r} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
     )
     rows = zip(discs.diameter.tolist(), discs.position.tolist(), strict=True)
-    return head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))
+    text = head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))
+    if discs.velocity is None:
+        return text
+    moving = enumerate(discs.velocity.tolist(), 1)
+    return text + "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 0\n" for k, (u, v) in moving)

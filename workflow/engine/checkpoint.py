@@ -1,7 +1,10 @@
-"""Checkpoints: LAMMPS restart files named checkpoint.STAGE.WHICH, and cutting a run's files back to one."""
+"""Checkpoints: LAMMPS restart files checkpoint.STAGE.a and .b with their seals, and cutting a run's files back to one."""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +12,7 @@ from pathlib import Path
 from workflow.archive.dumps import read_blocks
 from workflow.archive.write import replacing
 
+DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"
 # record flags at the head of a restart file
 _VERSION, _SMALLINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(6)
@@ -24,14 +28,88 @@ class Checkpoint:
     step: int
 
 
+class Seals:
+    """Writes beside every complete checkpoint of ``folder`` what it must hold: step, size, SHA-256 (checkpoint.1.a.json).
+
+    The engine writes to two files in turn, so that one is whole while the other is written; a seal is written, after the
+    checkpoint and what belongs to it have reached the disk, as a whole or not at all.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.seen: dict[Path, tuple[int, int]] = {}
+
+    def look(self) -> None:
+        """Seal what is new.  Raises ArchiveError if the disk is full."""
+        for path in _files(self.folder):
+            state = _state(path)
+            if state != self.seen.get(path) and _complete(path):
+                entry = {"step": step_of(path), "size": state[1], "sha256": _hash(path)}
+                if _state(path) != state:
+                    continue  # the engine has begun to write the next one
+                for file in (path, *(self.folder / name for name in ("series.txt", *DUMPS))):
+                    _sync(file)
+                with replacing(_seal(path)) as draft:
+                    draft.write_text(json.dumps(entry) + "\n", encoding="ascii")
+                self.seen[path] = state
+
+
 def newest(folder: Path) -> Checkpoint | None:
-    """The checkpoint with the largest step that has a readable head, or None."""
-    found = []
-    for file in folder.glob("checkpoint.[0-9].*"):
-        step = step_of(file)
-        if step is not None:
-            found.append(Checkpoint(file, int(file.name.split(".")[1]), step))
-    return max(found, key=lambda c: (c.step, c.stage), default=None)
+    """The valid checkpoint with the largest step, or None.
+
+    Valid are those that their seals confirm; only if there is none, whole ones without a seal that fits (of a deck that was
+    run by hand).  Those that a run wrote when it was asked to stop are left out: they were not part of its course, so what
+    continues from them would not be, bit for bit, the run without the stop.
+    """
+    found = [Checkpoint(path, int(path.name.split(".")[1]), step_of(path) or 0) for path in _files(folder) if _complete(path)]
+    sealed = [one for one in found if confirmed(one.path)]
+    return max(sealed or found, key=lambda c: (c.step, c.stage), default=None)
+
+
+def damaged(folder: Path) -> list[Path]:
+    """Checkpoints that are not what their seal says, or not whole."""
+    return [path for path in _files(folder) if not _complete(path) or (_seal(path).is_file() and not confirmed(path))]
+
+
+def confirmed(path: Path) -> bool:
+    """The file is, bit for bit, what its seal says."""
+    try:
+        entry = json.loads(_seal(path).read_text(encoding="ascii"))
+        return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.glob("checkpoint.[0-9].[ab]"))
+
+
+def _seal(path: Path) -> Path:
+    return path.with_name(path.name + ".json")
+
+
+def _state(path: Path) -> tuple[int, int]:
+    state = path.stat()
+    return state.st_mtime_ns, state.st_size
+
+
+def _hash(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sync(path: Path) -> None:
+    if path.is_file():
+        with open(path, "rb") as file:
+            os.fsync(file.fileno())
+
+
+def _complete(path: Path) -> bool:
+    """Head and end mark are there: the engine came to the end of writing it."""
+    size = path.stat().st_size
+    with open(path, "rb") as file:
+        file.seek(max(size - len(_MAGIC), 0))
+        return size > len(_MAGIC) and file.read() == _MAGIC and step_of(path) is not None
 
 
 def step_of(path: Path) -> int | None:
@@ -64,7 +142,7 @@ def cut_back(folder: Path, step: int) -> None:
         kept = [line for line in lines if line.startswith("#") or (line.endswith("\n") and int(line.split()[0]) <= step)]
         with replacing(series) as draft:
             draft.write_text("".join(kept), encoding="ascii")
-    for name, kind in (("grains.dump", "ATOMS"), ("contacts.dump", "ENTRIES"), ("tracks.dump", "ATOMS")):
+    for name, kind in DUMPS.items():
         if (folder / name).is_file():
             _cut_dump(folder / name, kind, step)
 

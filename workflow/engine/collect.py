@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Sequence
 from typing import Any
 
 from workflow.analysis.contacts import measure, solid_fraction
-from workflow.analysis.elasticity import elastic_moduli
 from workflow.analysis.energy import energies
-from workflow.analysis.forces import force_populations
 from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
-from workflow.analysis.percolation import percolation
-from workflow.analysis.rigidity import rigidity
 from workflow.archive.dumps import read_frames, read_tracks
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.heap import heap_measures
-from workflow.engine.rundir import ARCHIVE, STAGES, TRACKS, RunDirectory
-from workflow.errors import ArchiveError, WorkflowError
+from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
+from workflow.errors import ArchiveError
 from workflow.scene.heap import Heap
-from workflow.scene.method1 import Method1
+from workflow.scene.parts import Law
+from workflow.scene.presets import Packed
 
 MEASURES = "measures.json"
-NETWORK_GRAINS = 10_000  # up to which the network is analysed unasked: a second or two
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
@@ -40,8 +36,8 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
     }  # fmt: skip
-    if isinstance(scene, Method1):
-        provenance["relaxation"] = f"drag {scene.drag} in stage settle" if scene.drag else "none"
+    if not isinstance(scene, Heap):
+        provenance["relaxation"] = scene.relaxation
     _require_space(directory)
     frames = read_frames(
         directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
@@ -65,10 +61,13 @@ def _require_space(directory: RunDirectory) -> None:
         )
 
 
-def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | None = None) -> dict[str, Any]:
+def measures_of(
+    directory: RunDirectory, frame: int = -1, *, groups: Sequence[str] | None = None, **options: Any
+) -> dict[str, Any]:
     """The measures of a frame of the archive, with the run's own error figures.
 
-    ``network``: analyse rigidity, moduli and percolation too; None: if there are at most NETWORK_GRAINS grains.
+    ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
+    many grains; ``options``: fields of its `Constants`.
     """
     scene, series = directory.scene, directory.series() or {}
     result = directory.result()
@@ -78,77 +77,65 @@ def measures_of(directory: RunDirectory, frame: int = -1, *, network: bool | Non
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
         ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
-        settled = [archive.frame(ends[stage]) for stage in STAGES.values()] if set(STAGES.values()) <= set(ends) else None
+        relaxed = {
+            after: _relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
+            for before, after in scene.relaxations
+            if {before, after} <= set(ends)
+        }
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
     if row is not None and scene.account and scene.barostat == "inertial":
         scale = max(abs(float(series[name][row])) for name in ("work", "lost_viscous", "lost_sliding", "lost_rolling"))
         value = float(series["residual"][row])
         residual = {"value": value, "relative": value / scale if scale else 0.0}
+    pressure, law = scene.pressure_of(chosen.stage), scene.law_of(chosen.stage)
     numbers = measure(
-        chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(scene.pressure, scene.pressure),
+        chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(pressure, pressure),
         equilibrated=bool(result.get("equilibrated")) if last else None,
     )  # fmt: skip
     numbers["energy_residual"] = residual
-    numbers["energy"] = _energy(chosen, scene)
-    numbers["relaxation"] = _relaxation(*settled) if settled else None
+    numbers["energy"] = _energy(chosen, law)
+    numbers["relaxation"] = relaxed or None
     numbers["numerics"] = _numerics(scene, series)
-    if network or (network is None and chosen.grains <= NETWORK_GRAINS):
-        numbers |= _network(chosen, scene)
+    numbers |= measure_groups(chosen, constants_of(scene, law, **options), chosen_groups(groups, chosen.grains))
     numbers["time"], numbers["step"] = chosen.time, chosen.step
     return numbers
 
 
-def _network(frame: Frame, scene: Method1) -> dict[str, Any]:
-    """Rigidity and force transmission of the network; a part that cannot be had says why."""
-    law = scene.law_in_units
+def constants_of(scene: Packed, law: Law, **options: Any) -> Constants:
+    """What the groups of measures need to know of a scene and of the law of the stage."""
     springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
-    friction, rolling = law.mu > 0, law.mur > 0
-
-    def tried(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        try:
-            return part()
-        except WorkflowError as fault:
-            return {"error": str(fault)}
-
-    return {
-        "rigidity": tried(
-            lambda: rigidity(frame, springs=springs, friction=friction, rolling=rolling, free_cell=True).as_dict()
-        ),
-        "elastic_moduli": tried(lambda: asdict(elastic_moduli(frame, springs=springs, friction=friction, rolling=rolling))),
-        "force_percolation": tried(lambda: _percolation(frame)),
-        "force_populations": tried(
-            lambda: asdict(force_populations(frame, unit=scene.force_unit, tolerance=scene.force_tolerance))
-        ),
-    }
+    return Constants(
+        springs=springs, friction=law.mu, rolling=law.mur > 0, force_unit=scene.force_unit,
+        tolerance=scene.force_tolerance, cohesive=law.f0 > 0, **options,
+    )  # fmt: skip
 
 
-def _percolation(frame: Frame) -> dict[str, Any]:
-    found = percolation(frame)
-    return {"threshold": found.any, "axis": list(found.axis)}
-
-
-def _energy(frame: Frame, scene: Method1) -> dict[str, float]:
-    law = scene.law_in_units
+def _energy(frame: Frame, law: Law) -> dict[str, float]:
     return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
 
 
-def _numerics(scene: Method1, series: dict[str, Any]) -> dict[str, Any]:
-    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach."""
+def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
+    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach.
+
+    Overlap and approach are those of the rows of the time series, the largest of each.
+    """
     step, law = scene.step_choice.step, scene.law_in_units
     approach = float(series["approach"].max()) if series else 0.0
     return {
         "step": step,
         "step_reason": scene.step_choice.reason,
         "steps_per_stiffest_period": scene.step_choice.period / step,
-        "largest_overlap": float(series["overlap"].max()) if series else 0.0,
+        "share_of_stability_limit": step / scene.step_choice.limit,
+        "largest_overlap": (overlap := float(series["overlap"].max()) if series else 0.0),
+        "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
         "fastest_approach": approach,
         "steps_in_tail": law.d0 / (approach * step) if law.f0 > 0 and approach > 0 else None,
     }
 
 
 def _relaxation(before: Frame, after: Frame) -> dict[str, Any]:
-    """What the settling stage changed between its first and its last frame: the proof that it moved nothing."""
+    """What a stage with drag changed, between the last frame before it and its own: the proof that it moved nothing."""
     pairs = [_touching(frame) for frame in (before, after)]
     return {
         "time": after.time - before.time,

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import ctypes
 import os
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TextIO
 
 from workflow.deck.render import DECK
-from workflow.engine.checkpoint import cut_back, newest
+from workflow.engine.checkpoint import Seals, cut_back, damaged, newest
 from workflow.engine.collect import collect
 from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.engine.watch import Progress
-from workflow.errors import EngineError, InputError, WorkflowError
+from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
 
 POLL = 0.25  # seconds between looks at a running child
+SPARE = 1_000_000  # bytes, besides three checkpoints, that must stay free on the disk
 PATIENCE = 60.0  # seconds a child may take to write its checkpoint after it was asked to stop
 
 
@@ -31,26 +35,26 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     """
     environment = engine()
     with directory.lock():
-        variables = _start(directory, resume)
+        variables = _start(directory, resume, out)
         command = [*python_child(), DECK, *variables]
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
         directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), reason=None)
         begun = time.monotonic()
-        progress = Progress(directory, out)
+        progress, seals = Progress(directory, out), Seals(directory.path)
         with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
             child = subprocess.Popen(
                 command, cwd=directory.path, env=environment.variables(), stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=_die_with_parent,
             )  # fmt: skip
-            interrupted = _watch(child, directory, progress.show)
+            interrupted, full = _watch(child, directory, progress.show, seals)
             errors.seek(0)
             words = errors.read().strip()
         progress.end()
         seconds = time.monotonic() - begun
         result = directory.result()
-        if child.returncode != 0 or not result:
-            reason = _reason(child.returncode, words)
+        if full or child.returncode != 0 or not result:
+            reason = full or _reason(child.returncode, words)
             directory.record(status=FAILED, finished=timestamp(), seconds=seconds, reason=reason)
             raise EngineError(f"the engine stopped in '{directory.path}': {reason}")
         status = INTERRUPTED if interrupted or result["stopped"] else FINISHED
@@ -64,7 +68,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     return status
 
 
-def _start(directory: RunDirectory, resume: bool) -> list[str]:
+def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:
     """Variables that say where the deck starts, after the directory was brought back to that point."""
     (directory / "stop").unlink(missing_ok=True)
     if not resume:
@@ -72,6 +76,10 @@ def _start(directory: RunDirectory, resume: bool) -> list[str]:
     if directory.state["status"] == FINISHED:
         raise InputError(f"the run in '{directory.path}' is finished; there is nothing to resume (see 'wf measure')")
     checkpoint = newest(directory.path)
+    for path in damaged(directory.path):
+        print(f"{path.name} is damaged (its checksum or its end is wrong) and not used", file=out)
+    where = f"{checkpoint.path.name}, step {checkpoint.step}" if checkpoint else "the beginning: no whole checkpoint is there"
+    print(f"continuing from {where}", file=out)
     _forget_result(directory)
     if checkpoint is None:  # interrupted before the first checkpoint: start over
         cut_back(directory.path, -1)
@@ -88,23 +96,55 @@ def _forget_result(directory: RunDirectory) -> None:
         directory.write_text("log.lammps", text.replace("\nRESULT ", "\ninterrupted: "))
 
 
-def _watch(child: subprocess.Popen[bytes], directory: RunDirectory, show: Callable[[], None]) -> bool:
-    """Wait for the child; True if the user interrupted it."""
-    interrupted, deadline = False, float("inf")
+def _watch(
+    child: subprocess.Popen[bytes], directory: RunDirectory, show: Callable[[], None], seals: Seals
+) -> tuple[bool, str | None]:
+    """Wait for the child, seal its checkpoints; whether the user interrupted it, and why the disk did."""
+    interrupted, full, deadline = False, None, float("inf")
+
+    def ask_to_stop() -> None:
+        nonlocal deadline
+        deadline = time.monotonic() + PATIENCE
+        try:
+            (directory / "stop").touch()
+        except OSError:  # no room even for that
+            child.terminate()
+
     while child.poll() is None:
         try:
             time.sleep(POLL)
             show()
+            if not full:
+                full = _full(directory, seals)
+                if full:
+                    ask_to_stop()
         except KeyboardInterrupt:
             if interrupted:
                 child.terminate()
             interrupted = True
-            deadline = time.monotonic() + PATIENCE
-            (directory / "stop").touch()
+            ask_to_stop()
         if time.monotonic() > deadline:
             child.terminate()
             deadline = float("inf")
-    return interrupted
+    with suppress(ArchiveError):  # what came since the last look
+        seals.look()
+    return interrupted, full
+
+
+def _full(directory: RunDirectory, seals: Seals) -> str | None:
+    """Seal new checkpoints; in words what is wrong if the disk has no room to go on."""
+    needed = SPARE + 3 * max((file.stat().st_size for file in directory.path.glob("checkpoint.*")), default=0)
+    free = shutil.disk_usage(directory.path).free
+    try:
+        seals.look()
+    except ArchiveError as fault:
+        return str(fault)
+    if free > needed:
+        return None
+    return (
+        f"No space left on device: {free / 1e6:.1f} MB are free, {needed / 1e6:.1f} MB are needed to go on; make room, then "
+        f"'wf resume {shlex.quote(str(directory.path))}' continues from the last good checkpoint"
+    )
 
 
 def _die_with_parent() -> None:

@@ -29,7 +29,6 @@ from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS = "run.h5", "tracks.dump"
-STAGES = {1: "compress", 2: "settle"}
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 
 

@@ -7,9 +7,10 @@ from typing import TextIO
 
 import numpy as np
 
-from workflow.engine.rundir import STAGES, RunDirectory
+from workflow.engine.rundir import RunDirectory
 from workflow.errors import WorkflowError
 from workflow.scene.heap import FLOOR, Heap
+from workflow.scene.presets import Packed, Scene
 
 PLAIN_INTERVAL = 10.0  # seconds between lines where output is not a terminal
 LINE_INTERVAL = 1.0
@@ -51,16 +52,19 @@ class Progress:
             self.out.write("\n")
 
 
-def describe(series: dict[str, np.ndarray], scene: object, seconds: float | None) -> str:
+def describe(series: dict[str, np.ndarray], scene: Scene, seconds: float | None) -> str:
     """One line: stage, time, solid fraction, pressure, unbalanced force, time left."""
     last = {name: float(values[-1]) for name, values in series.items()}
     if isinstance(scene, Heap):
         return describe_heap(last, scene, seconds)
     pressure = 0.5 * (last["stress_x"] + last["stress_y"])
-    left = time_left(series, scene, seconds) if seconds is not None else None
+    parts = 1.0 if not scene.cohesion else last.get("aggregates", 1.0)
+    # how long the last aggregates take to meet cannot be read from forces
+    left = time_left(series, scene, seconds) if seconds is not None and parts <= 1.0 else None
     return (
-        f"{STAGES.get(int(last['stage']), '?'):8s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
+        f"{scene.stages.get(int(last['stage']), '?'):9s} t {last['time']:8.2f}  Phi {last['solid_fraction']:.4f}  "
         f"z {last['coordination']:.2f}  P {pressure:9.3g}  unbalanced {last['net_force']:.1e}"
+        + (f"  aggregates {parts:.0f}, largest {last['largest_aggregate']:.0f}" if parts > 1 else "")
         + (f"  left {left}" if left else "")
     )
 
@@ -75,7 +79,7 @@ def describe_heap(last: dict[str, float], scene: Heap, seconds: float | None) ->
     )
 
 
-def time_left(series: dict[str, np.ndarray], scene: object, seconds: float) -> str | None:
+def time_left(series: dict[str, np.ndarray], scene: Packed, seconds: float) -> str | None:
     """Wall time until the unbalanced force reaches its tolerance, if it goes on falling as it did over the last half of
     the run (a straight line through its logarithm); None while it does not fall."""
     time_, force = series["time"], series["net_force"]
@@ -86,8 +90,8 @@ def time_left(series: dict[str, np.ndarray], scene: object, seconds: float) -> s
     slope, intercept = np.polyfit(time_[tail][good], np.log(force[tail][good]), 1)
     if slope >= 0:
         return None
-    target = scene.force_tolerance * scene.force_unit  # type: ignore[attr-defined]
+    target = scene.force_tolerance * scene.force_unit
     end = (np.log(target) - intercept) / slope
-    remaining = max(end - time_[-1], scene.hold_time)  # type: ignore[attr-defined]
+    remaining = max(end - time_[-1], scene.hold_time)
     wall = seconds / max(time_[-1] - time_[0], 1e-30) * remaining
     return f"~{wall:.0f} s" if wall < 120 else f"~{wall / 60:.0f} min" if wall < 7200 else f"~{wall / 3600:.1f} h"

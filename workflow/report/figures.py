@@ -20,6 +20,7 @@ from matplotlib.lines import Line2D
 
 from workflow.analysis.contacts import coordination, solid_fraction
 from workflow.analysis.frame import Bools, Floats, Frame
+from workflow.analysis.percolation import force_magnitude
 from workflow.archive.write import replacing
 from workflow.errors import InputError
 
@@ -27,8 +28,8 @@ PathLike = str | os.PathLike[str]
 
 # Metadata per format that would otherwise hold the date or the library version.
 FORMATS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-# The red, green and blue of G07 fig. 2 in tones that colour-blind readers tell apart (Okabe-Ito, Tol).
-RED, GREEN, BLUE, ORANGE, INK = "#CC3311", "#009E73", "#0072B2", "#E69F00", "#333333"
+# The red, green and blue of G07 fig. 2, dark to light, so that colour-blind readers and grey prints tell them apart.
+RED, GREEN, BLUE, ORANGE, INK = "#A80F14", "#4DB86F", "#2C7FB8", "#E69F00", "#333333"
 FILL, RATTLER, OUTLINE = "#F7F7F7", "#C4C4C4", "#9A9A9A"
 STYLE: Any = {"svg.hashsalt": "workflow", "font.size": 9, "axes.linewidth": 0.6, "lines.linewidth": 1.2}
 
@@ -44,39 +45,53 @@ def force_network(
     force_unit: float = 1.0,
     symbol: str = "F_0",
     tolerance: float = 1e-4,
+    threshold: float | None = None,
+    band: float = BAND,
 ) -> None:
     """Draw the discs and the normal forces of ``frame`` to ``path`` (one or several; .png, .svg or .pdf).
 
-    Line width proportional to |N|, BAND a wide for N = ``force_unit`` (F0, or a P without cohesion; ``symbol`` is its
+    Line width proportional to |N|, ``band`` wide for N = ``force_unit`` (F0, or a P without cohesion; ``symbol`` is its
     name in the legend); red compressive, green tensile, blue distant, thin dark for |N| < tolerance force_unit;
-    rattlers grey.  The cell is drawn with the periodic images that reach into it.  Raises InputError (suffix,
-    force_unit).
+    rattlers grey.  With a ``threshold`` [force] as G07 figs. 11, 12, 19-22: blue where the total force is below it, and
+    grey the grains that have only such contacts.  The cell is drawn with the periodic images that reach into it.  Raises
+    InputError (suffix, force_unit).
     """
     if not force_unit > 0:
         raise InputError(f"force_unit is {force_unit}; it must be positive: give F0, or P a without cohesion")
     with mpl.rc_context(STYLE):
-        figure, axes, points = _sheet(frame)
+        figure, axes, points = sheet(frame)
         network = coordination(frame, threshold=tolerance * force_unit)
-        _discs(axes, frame, network.rattlers, points)
-        kinds = _forces(axes, frame, force_unit, tolerance, points)
+        kinds, grey = kinds_of_fig2(frame, force_unit, tolerance), network.rattlers
+        if threshold is not None:
+            kinds, grey = kinds_of_fig11(frame, threshold), np.ones(frame.grains, dtype=bool)
+            for rows, _ in list(kinds.values())[1:]:
+                grey[frame.contacts.i[rows]] = grey[frame.contacts.j[rows]] = False
+        discs(axes, frame, np.where(grey, RATTLER, FILL).tolist(), points)
+        size = np.abs(frame.contacts.normal_force) / force_unit
+        seen = bonds(axes, frame, kinds, np.maximum(size * band * points, THINNEST * (1 + (threshold is not None))))
         axes.set_title(
             rf"$\Phi$ = {solid_fraction(frame):.4f}   $z$ = {network.z:.3f}   $N$ = {frame.grains}   "
             rf"$t$ = {frame.time:.6g}",
             fontsize=10,
         )
-        axes.legend(
-            handles=_legend(kinds, symbol, BAND * points, bool(network.rattlers.any())),
-            loc="upper center", bbox_to_anchor=(0.5, -0.015), ncols=5, frameon=False, handlelength=2.2,
-            columnspacing=1.4, fontsize=8,
-        )  # fmt: skip
+        name = "rattler" if threshold is None else "unstressed grain"
+        below(axes, _legend(seen, symbol, band * points, name if grey.any() else None))
         save(figure, path)
 
 
-def _sheet(frame: Frame) -> tuple[Figure, Axes, float]:
-    """Figure with the cell as axes, and the points on paper per unit of length."""
+def below(axes: Axes, handles: Sequence[Line2D]) -> None:
+    """Legend under the cell."""
+    axes.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.015), ncols=5, frameon=False, handlelength=2.2,
+        columnspacing=1.4, fontsize=8,
+    )  # fmt: skip
+
+
+def sheet(frame: Frame, bottom: float = 0.45) -> tuple[Figure, Axes, float]:
+    """Figure with the cell as axes over ``bottom`` inches, and the points on paper per unit of length."""
     inch = LONG_SIDE / float(frame.cell.max())
     width, height = frame.cell * inch
-    margin, top, bottom = 0.15, 0.35, 0.45
+    margin, top = 0.15, 0.35
     # The title and the legend need some width even above a narrow cell.
     total = (max(width, 5.6) + 2 * margin, height + top + bottom)
     figure = Figure(figsize=total)
@@ -86,13 +101,13 @@ def _sheet(frame: Frame) -> tuple[Figure, Axes, float]:
     return figure, axes, 72 * inch
 
 
-def _wrap(frame: Frame, position: Floats) -> Floats:
+def wrap(frame: Frame, position: Floats) -> Floats:
     return frame.origin + np.mod(position - frame.origin, frame.cell)
 
 
-def _discs(axes: Axes, frame: Frame, rattlers: Bools, points: float) -> None:
-    """All discs and the images of those that reach over an edge; axes clip the rest."""
-    centre, radius = _wrap(frame, frame.position), frame.diameter[:, None] / 2
+def discs(axes: Axes, frame: Frame, fill: Sequence[Any], points: float) -> None:
+    """All discs in the colours ``fill`` (N,), and the images of those that reach over an edge; axes clip the rest."""
+    centre, radius, colours = wrap(frame, frame.position), frame.diameter[:, None] / 2, np.asarray(fill)
     for image in product((-1, 0, 1), repeat=2):
         moved = centre + image * frame.cell
         lower, upper = frame.origin, frame.origin + frame.cell
@@ -101,25 +116,41 @@ def _discs(axes: Axes, frame: Frame, rattlers: Bools, points: float) -> None:
         axes.add_collection(
             EllipseCollection(
                 size, size, np.zeros_like(size), units="xy", offsets=moved[seen], offset_transform=axes.transData,
-                facecolors=np.where(rattlers[seen], RATTLER, FILL).tolist(), edgecolors=OUTLINE,
+                facecolors=colours[seen].tolist(), edgecolors=OUTLINE,
                 linewidths=float(np.clip(0.03 * points, 0.15, 0.6)), zorder=1,
             )
         )  # fmt: skip
 
 
-def _forces(axes: Axes, frame: Frame, unit: float, tolerance: float, points: float) -> list[str]:
-    """Lines between centres; returns the kinds that occur."""
+Kinds = Mapping[str, tuple[Bools, str]]  # name -> (interactions of this kind, colour), drawn in this order
+
+
+def kinds_of_fig2(frame: Frame, unit: float, tolerance: float) -> Kinds:
+    """G07 fig. 2: by sign of N, distant pairs apart."""
     table = frame.contacts
-    size = np.abs(table.normal_force) / unit
-    idle = table.touching & (size < tolerance)
-    kinds = {
+    idle = table.touching & (np.abs(table.normal_force) < tolerance * unit)
+    return {
         "no force": (idle, INK),
         "distant": (~table.touching, BLUE),
         "tensile": (table.touching & ~idle & (table.normal_force < 0), GREEN),
         "compressive": (table.touching & ~idle & (table.normal_force > 0), RED),
     }
-    widths = np.maximum(size * BAND * points, THINNEST)
-    start = _wrap(frame, frame.position[table.i])
+
+
+def kinds_of_fig11(frame: Frame, threshold: float) -> Kinds:
+    """G07 figs. 11, 12, 19-22: blue where the total force is below ``threshold``, the others by sign of N."""
+    idle, normal = force_magnitude(frame) < threshold, frame.contacts.normal_force
+    return {
+        "unstressed": (idle, BLUE),
+        "tensile": (~idle & (normal < 0), GREEN),
+        "compressive": (~idle & (normal >= 0), RED),
+    }
+
+
+def bonds(axes: Axes, frame: Frame, kinds: Kinds, widths: Floats) -> list[str]:
+    """Lines of ``widths`` (M,) points between centres; returns the kinds that occur."""
+    table = frame.contacts
+    start = wrap(frame, frame.position[table.i])
     crossing = np.floor((start + table.branch - frame.origin) / frame.cell)
     for order, (chosen, colour) in enumerate(kinds.values()):
         for along in product((0, 1), repeat=2):
@@ -132,7 +163,7 @@ def _forces(axes: Axes, frame: Frame, unit: float, tolerance: float, points: flo
     return [name for name, (chosen, _) in kinds.items() if chosen.any()]
 
 
-def _legend(kinds: Sequence[str], symbol: str, width: float, rattlers: bool) -> list[Line2D]:
+def _legend(kinds: Sequence[str], symbol: str, width: float, grey: str | None) -> list[Line2D]:
     def line(colour: str, thickness: float, label: str) -> Line2D:
         return Line2D([], [], color=colour, linewidth=thickness, label=label, solid_capstyle="butt")
 
@@ -141,11 +172,12 @@ def _legend(kinds: Sequence[str], symbol: str, width: float, rattlers: bool) -> 
         "tensile": (GREEN, width, f"tensile, $N = -{symbol}$"),
         "distant": (BLUE, width, f"distant pair, $N = -{symbol}$"),
         "no force": (INK, THINNEST, "contact without force"),
+        "unstressed": (BLUE, 2 * THINNEST, "contact without stress"),
     }
     handles = [line(*look[kind]) for kind in look if kind in kinds]
-    if rattlers:
+    if grey:
         handles.append(Line2D([], [], linestyle="", marker="o", markersize=7, markerfacecolor=RATTLER,
-                              markeredgecolor=OUTLINE, markeredgewidth=0.5, label="rattler"))  # fmt: skip
+                              markeredgecolor=OUTLINE, markeredgewidth=0.5, label=grey))  # fmt: skip
     return handles
 
 

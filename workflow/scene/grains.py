@@ -19,15 +19,22 @@ _ROUNDS_WITHOUT_SUCCESS = 100
 
 @dataclass(frozen=True)
 class Discs:
-    """Discs at rest in a rectangular periodic cell with its lower corner at the origin.
+    """Discs in a rectangular periodic cell with its lower corner at the origin.
 
-    ``diameter`` (N,), ``position`` (N, 2) and ``cell`` (2,), the side lengths, float64 in units of a.  Rows from `place`
-    are in a spatial order (strips of cells), so that neighbours in space are neighbours in memory.
+    ``diameter`` (N,), ``position`` (N, 2), ``cell`` (2,), the side lengths, and ``velocity`` (N, 2), None at rest; float64
+    in units of a and T0.  Rows from `place` are in a spatial order (strips of cells), so that neighbours in space are
+    neighbours in memory.
     """
 
     diameter: Floats
     position: Floats
     cell: Floats
+    velocity: Floats | None = None
+
+    @property
+    def kinetic_energy(self) -> float:
+        """sum(m v^2/2) with m = d^2."""
+        return 0.0 if self.velocity is None else 0.5 * float(np.sum(self.diameter**2 * (self.velocity**2).sum(axis=1)))
 
 
 def diameters(count: int, smallest: float, rng: np.random.Generator) -> Floats:
@@ -38,6 +45,16 @@ def diameters(count: int, smallest: float, rng: np.random.Generator) -> Floats:
 def cell_length(diameter: Floats, solid_fraction: float) -> float:
     """Side L of the square cell in which the discs fill ``solid_fraction``: L^2 = sum(pi d^2/4)/Phi."""
     return float(np.sqrt(np.sum(np.pi * diameter**2 / 4.0) / solid_fraction))
+
+
+def maxwell(diameter: Floats, speed: float, rng: np.random.Generator) -> Floats:
+    """Velocities (N, 2) of equal temperature (variance of each component proportional to 1/m, m = d^2), without total
+    momentum, with root mean square ``speed`` over the grains.  A single grain has none."""
+    mass = diameter[:, None] ** 2
+    velocity = rng.normal(size=(len(diameter), 2)) / np.sqrt(mass)
+    velocity -= np.sum(mass * velocity, axis=0) / np.sum(mass)
+    scale = np.sqrt(np.mean(np.sum(velocity**2, axis=1)))
+    return velocity * (speed / scale) if scale > 0.0 and len(diameter) > 1 else np.zeros_like(velocity)
 
 
 def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator) -> Discs:

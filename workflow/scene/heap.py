@@ -115,10 +115,11 @@ class Heap(Parameters):
                 f"skin = {self.skin:g} is not allowed: it must exceed r0 - sigma = {self.reach - 1.0:g}, or pairs would be "
                 "missed; leave it out"
             )
-        if self.step_choice.step > 0.25 * self.step_choice.period:
+        choice = self.step_choice
+        if choice.step > choice.limit:
             raise InputError(
-                f"step = {self.step:g} is not allowed: the stiffest period is {self.step_choice.period:.3g}; use at most "
-                f"{0.2 * self.step_choice.period:.2g}, or leave it out"
+                f"step = {choice.step:g} is not allowed: the stiffest period is {choice.period:.3g}; use at most "
+                f"{0.2 * choice.period:.2g}, or leave it out"
             )
 
     @property
@@ -192,15 +193,18 @@ class Heap(Parameters):
         along = self.tangential_stiffness(r)
         pressed = max(3.0 * (self.stiffness(r) + along), (24.0 * self.damping) ** 2 * along)
         period = 2.0 * math.pi / math.sqrt(max(impact, pressed))
+        limit = 0.25 * period
         what = (
             f"an impact at {self.impact_speed:.3g} (closest distance {self.closest:.3f})"
             if impact > pressed
             else "a loaded grain"
         )
         if self.step is not None:
-            return Step(self.step, period, f"given; {period / self.step:.1f} steps per stiffest period {period:.3g}, of {what}")
+            return Step(
+                self.step, period, limit, f"given; {period / self.step:.1f} steps per stiffest period {period:.3g}, of {what}"
+            )
         reason = f"stiffest period {period:.3g}, of {what}, / {self.steps_per_period:g}"
-        return Step(period / self.steps_per_period, period, reason)
+        return Step(period / self.steps_per_period, period, limit, reason)
 
     @property
     def longest_time(self) -> float:

@@ -12,6 +12,10 @@ from dataclasses import dataclass
 from workflow.scene.quantity import Parameters, quantity
 
 CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest frequency is estimated with
+LEAST_STEPS = 7.0  # per stiffest period
+# steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
+# times: the second scheme is accurate there
+STEPS_TO_LIMIT = {"paper": 7.0, "second": 14.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +55,17 @@ class Law:
         kr = self.kr if self.mur > 0 else 0.0
         translation = 0.5 * CONTACTS_OF_A_DISC * (self.kn + kt)
         return max(translation, 2.0 * CONTACTS_OF_A_DISC * kt + 2.0 * CONTACTS_OF_A_DISC * 16.0 * kr)
+
+    def damped_limit(self, diameter: float, scheme: str) -> float:
+        """Largest stable step of damped discs of ``diameter`` (mass d^2): (2/omega) (sqrt(1 + b^2) - b), b = z or 2 z.
+
+        A damping force that sees the velocity of half a step before makes velocity Verlet unstable beyond this step with
+        b = z (scheme ``paper``); one that sees it extrapolated from the last two half steps, with b = 2 z (``second``).
+        omega^2 = 6 K_N/m and z = sqrt(3) zeta are those of the fastest vibration of equal discs, each held by six:
+        neighbours against each other, damping 6 eta/m with m* = m/2.
+        """
+        b = math.sqrt(0.5 * CONTACTS_OF_A_DISC) * self.zeta * (2.0 if scheme == "second" else 1.0)
+        return 2.0 * diameter / math.sqrt(CONTACTS_OF_A_DISC * self.kn) * (math.sqrt(1.0 + b * b) - b)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,10 +165,14 @@ class Numerics(Parameters):
     step: float | None = quantity(
         None, float, "time step, default from the stiffest period and the tail", unit="T0", low=1e-9, high=1.0, automatic=True
     )
-    steps_per_period: float = quantity(28.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    steps_per_period: float = quantity(28.0, float, "steps per stiffest period", low=LEAST_STEPS, high=1e4)
     skin: float | None = quantity(
         None, float, "neighbour skin, default 0.1 a or twice the range of attraction", unit="a", above=0.0, high=1.0,
         automatic=True,
+    )  # fmt: skip
+    scheme: str = quantity(
+        "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
+        choices=("second", "paper"),
     )  # fmt: skip
     account: bool = quantity(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
     frame_interval: float = quantity(
@@ -165,24 +184,31 @@ class Numerics(Parameters):
 
 @dataclass(frozen=True)
 class Step:
-    """The chosen time step and why: ``step`` T0, ``period`` stiffest period, ``reason`` in words."""
+    """The chosen time step and why: ``step`` T0, ``period`` stiffest period, ``limit`` of stability, ``reason`` in words."""
 
     step: float
     period: float
+    limit: float
     reason: str
 
 
 def choose_step(law: Law, smallest: float, speed: float, numerics: Numerics) -> Step:
-    """The step from the stiffest period 2 pi/omega_max and from the tail, D0/(v step) >= 5 at approach speed v.
+    """The step from the stiffest period and from the tail, D0/(v step) >= 5 at approach speed v.
 
-    ``smallest``: smallest diameter [a], mass d^2; ``speed``: approach speed that the scene must expect [a/T0].
+    The stiffest period is 2 pi/omega_max, or STEPS_TO_LIMIT times the largest stable step of a damped contact if that
+    is less.  ``smallest``: smallest diameter [a], mass d^2; ``speed``: approach speed that the scene must expect [a/T0].
     """
-    period = 2.0 * math.pi * smallest / math.sqrt(law.largest_frequency_per_mass)
+    swing = 2.0 * math.pi * smallest / math.sqrt(law.largest_frequency_per_mass)
+    damped = law.damped_limit(smallest, numerics.scheme)
+    period, limit = min(swing, STEPS_TO_LIMIT[numerics.scheme] * damped), min(0.25 * swing, damped)
     if numerics.step is not None:
-        return Step(numerics.step, period, f"given; {period / numerics.step:.1f} steps per stiffest period {period:.3g}")
+        words = f"given; {period / numerics.step:.1f} steps per stiffest period {period:.3g}"
+        return Step(numerics.step, period, limit, words)
     step = period / numerics.steps_per_period
-    reason = f"stiffest period {period:.3g} / {numerics.steps_per_period:g}"
+    reason = f"stiffest period {period:.3g} / {numerics.steps_per_period:g}" + (
+        ", set by the damping" if period < swing else ""
+    )
     tail = law.d0 / (5.0 * speed) if law.f0 > 0 and speed > 0 else math.inf
     if tail < step:
         step, reason = tail, f"five steps in the tail of range {law.d0:g} at approach speed {speed:.3g}"
-    return Step(step, period, reason)
+    return Step(step, period, limit, reason)

@@ -1,7 +1,6 @@
 """I(k), C(r) and the fractal fit: form factors, quadrature, lens areas, and fractals of known dimension."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -13,14 +12,13 @@ from workflow.analysis.density import (
     Scattering,
     autocorrelation,
     average,
-    fit_fractal,
-    fractal_intensity,
-    fractal_slope,
     grid_scattering,
     indicator,
     scattering,
 )
+from workflow.analysis.fractal import fit_fractal, fractal_intensity, fractal_slope
 from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.synthetic import ballistic_aggregate
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 
 
@@ -258,40 +256,13 @@ def test_slope_of_exact_fractals(generator, ratio, levels, width, dimension):
     assert found.dimension == pytest.approx(dimension, abs=0.06)
 
 
-@cache
-def ballistic_aggregate(generations: int, seed: int) -> np.ndarray:
-    """Ballistic aggregation of 2^generations unit discs: equal clusters, turned at random, meet on straight lines."""
-    rng = np.random.default_rng(seed)
-    clusters = [np.zeros((1, 2)) for _ in range(2**generations)]
-    while len(clusters) > 1:
-        clusters = [collide(one, two, rng) for one, two in zip(clusters[::2], clusters[1::2], strict=True)]
-    return clusters[0]
-
-
-def collide(target: np.ndarray, bullet: np.ndarray, rng) -> np.ndarray:
-    """Shoot ``bullet`` along -x with a random impact parameter until a pair of discs touches; misses are shot again."""
-    target, bullet = turned(target, rng), turned(bullet, rng)
-    low, high = target[:, 1].min() - bullet[:, 1].max() - 1, target[:, 1].max() - bullet[:, 1].min() + 1
-    while True:
-        shot = bullet + np.array([0.0, rng.uniform(low, high)])
-        a, b = np.nonzero(np.abs(target[:, None, 1] - shot[None, :, 1]) < 1.0)
-        if len(a):
-            stop = target[a, 0] + np.sqrt(1 - (target[a, 1] - shot[b, 1]) ** 2) - shot[b, 0]
-            return np.vstack((target, shot + np.array([stop.max(), 0.0])))
-
-
-def turned(points: np.ndarray, rng) -> np.ndarray:
-    c, s = np.cos(t := rng.uniform(0, 2 * np.pi)), np.sin(t)
-    return (points - points.mean(axis=0)) @ np.array([[c, -s], [s, c]])
-
-
 def test_slope_of_ballistic_aggregates():
     """Published: d_F = 1.55 +- 0.02 for large ballistic cluster aggregates in 2D (Meakin; G07 refs. 39, 89)."""
     samples = []
     window = (0.12, 1.2)  # between the size of the aggregates (gyration radius about 50) and that of a disc
     edges = np.geomspace(*window, 25)
     for seed in range(6):
-        points = ballistic_aggregate(10, seed)
+        points = ballistic_aggregate(1024, np.random.default_rng(seed))
         samples.append(scattering(discs(points, (500.0, 500.0), 0.02), edges))
     found = fractal_slope(average(samples), window)
     # six aggregates of 1024: standard error 0.035; moving the window changes the slope by 0.04

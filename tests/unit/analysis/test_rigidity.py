@@ -17,9 +17,11 @@ from networks import (
     together,
     triangular,
 )
+from scipy.sparse import csr_array
 
 from workflow.analysis.network import Springs, degrees, rigidity_matrix, stiffness_matrix
 from workflow.analysis.rigidity import rigidity
+from workflow.analysis.sparse_rank import factorise
 from workflow.errors import InputError, WorkflowError
 
 SPRINGS = Springs(normal=1.0, tangential=1.0, rolling=1e-4)
@@ -187,3 +189,25 @@ def test_messages():
     for bad in ({"normal": 0.0}, {"tangential": -1.0}, {"rolling": np.nan}, {"distant": 1.0}):
         with pytest.raises(InputError, match=f"'{next(iter(bad))}' is"):
             Springs(**({"normal": 1.0} | bad))
+
+
+def test_coefficients_do_not_grow_from_front_to_front():
+    """Rows x_k/1000 + x_(k+1) = 0, one column per front: eliminated in turn, x_n = 1 would make x_0 = 1000^n."""
+    size = 30
+    rows, columns = np.tile(np.arange(size - 1), 2), np.concatenate((np.arange(size - 1), np.arange(1, size)))
+    values = np.repeat([1e-3, 1.0], size - 1)
+    blocks = [np.array([k]) for k in range(size)]
+    found = factorise(csr_array((values, (rows, columns)), shape=(size - 1, size)), blocks, [*range(1, size), size - 1])
+    assert found.nullity == 1
+    assert found.smallest_live > 0.1
+    vector = found.null_space().toarray()[:, 0]
+    assert np.abs(vector).max() == 1.0
+    assert vector[1] / vector[0] == pytest.approx(-1e-3)
+    assert found.combine_null_space(np.array([[2.0]]))[:, 0] == pytest.approx(2.0 * vector, abs=1e-15)  # no rounding to add up
+
+
+def test_a_loop_with_rolling_resistance_holds_three_systems_as_eq_21_counts():
+    """Six discs in a ring: 3 x 6 + H = 3 x 6 + k with k = 3 motions of the whole, so H = 3 (the text of sec. IV says 2)."""
+    angle = np.arange(6) * np.pi / 3
+    hexagon = joined(np.column_stack((np.cos(angle), np.sin(angle))), 1.0, 50.0, reach=1.001)
+    assert counts(hexagon, rolling=True) == (3, 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from networks import angle_between, double_triangle, packing, ring, row, strip, together, triangular
 
-from workflow.analysis.modes import floppy_modes, self_stress
+from workflow.analysis.modes import floppy_modes, hyperstatic_clusters, mobility, self_stress, without_loose
 from workflow.analysis.network import Springs
 from workflow.analysis.rigidity import rigidity
 
@@ -112,3 +112,43 @@ def test_networks_without_self_stress_or_mechanism_give_empty_bases():
     np.testing.assert_array_equal(stress.clusters, -1)
     assert floppy_modes(triangular(4)).grains.shape == (0, 16, 3)
     assert self_stress(ring(5), friction=False, free_cell=True).normal.shape == (0, 5)
+
+
+@pytest.mark.parametrize(("friction", "rolling"), [(False, False), (True, False), (True, True)])
+def test_mobility_is_the_diagonal_of_the_projector_on_the_modes(friction, rolling):
+    """Twin: the squares of the orthonormal modes, lengths and angles in the same unit, summed over modes."""
+    frame = packing(40, 0.6, seed=5)
+    modes = floppy_modes(frame, friction=friction, rolling=rolling).grains
+    assert len(modes)
+    twin = (modes**2 * [1.0, 1.0, frame.diameter.mean() ** 2]).sum(axis=(0, 2))
+    found = mobility(frame, friction=friction, rolling=rolling)
+    assert found.mechanisms == len(modes)
+    assert found.grains == pytest.approx(twin, abs=1e-7)  # the square root of rounding: both come from a product B^T B
+
+
+def test_a_loose_grain_moves_freely_and_can_be_left_out():
+    frame = together(strip(6), row(1))
+    alone = mobility(frame).grains[-1]
+    assert alone == pytest.approx(3.0 - 2.0 / frame.grains)  # its motions less its part of the translations
+    held = without_loose(frame)
+    assert held.grains == frame.grains - 1
+    assert held.contacts.i.max() < held.grains
+    assert mobility(held).mechanisms == mobility(frame).mechanisms - 3
+
+
+@pytest.mark.parametrize(("friction", "rolling"), [(False, False), (True, False), (True, True)])
+@pytest.mark.parametrize("seed", range(3))
+def test_clusters_without_a_basis_are_the_supports_of_the_basis(friction, rolling, seed):
+    frame = packing(60, 0.82, seed=seed)
+    basis = self_stress(frame, friction=friction, rolling=rolling)
+    clusters, states = hyperstatic_clusters(frame, friction=friction, rolling=rolling)
+    support = np.asarray((abs(basis.normal) + abs(basis.tangential) + abs(basis.moment)).sum(axis=0)).ravel() > 1e-9
+    assert ((clusters >= 0) == support).all()
+    assert states.sum() == basis.normal.shape[0]
+    assert states.min(initial=1) >= 1  # a cluster without a system of its own would be none
+
+
+def test_two_double_triangles_hold_one_system_each():
+    clusters, states = hyperstatic_clusters(together(double_triangle(), row(3), double_triangle()))
+    assert states.tolist() == [1, 1]
+    assert np.bincount(clusters[clusters >= 0]).tolist() == [5, 5]

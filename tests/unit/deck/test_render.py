@@ -10,9 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workflow.deck.render import data_file, fill, render, templates
+from workflow.deck.render import data_file, fill, render, templates, whole
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
+from workflow.scene.method2 import Method2
+from workflow.scene.presets import Scene
 
 TEMPLATE = """# variable kn index 7 is only a comment
 variable kn    index 1.0e5
@@ -80,9 +82,11 @@ def test_every_variable_of_the_scene_appears_with_its_value() -> None:
     assert set(shown) == {*scene.variables(), "data", "resume", "restart", "stage"}
 
 
-def test_rest_of_the_deck_is_the_template() -> None:
-    template = (templates() / "method1.in").read_text().splitlines()
-    deck = render(Method1()).splitlines()
+@pytest.mark.parametrize("scene", [Method1(), Method2(n=50)], ids=lambda scene: scene.name)
+def test_rest_of_the_deck_is_the_template(scene: Scene) -> None:
+    template = whole(templates() / f"{scene.name}.in").splitlines()
+    deck = render(scene).splitlines()
+    assert not [line for line in deck if line.startswith("include common")]
     assert len(deck) == len(template)
     changed = [old for old, new in zip(template, deck, strict=True) if old != new]
     assert all(re.match(r"variable\s+\w+\s+index\s", line) for line in changed)
@@ -119,3 +123,20 @@ def test_data_file_holds_every_disc_to_the_last_bit() -> None:
     assert bounds["xlo"] == [0.0, discs.cell[0]]
     assert bounds["ylo"] == [0.0, discs.cell[1]]
     assert bounds["zlo"][0] < 0.0 < bounds["zlo"][1]
+
+
+def test_data_file_holds_every_velocity_to_the_last_bit() -> None:
+    discs = Method2(n=50).discs()
+    _, rows = data_file(discs).split("Velocities\n\n")
+    table = np.array([line.split() for line in rows.splitlines()], dtype=float)
+    assert table[:, 0].tolist() == list(range(1, 51))
+    assert discs.velocity is not None
+    assert np.array_equal(table[:, 1:3], discs.velocity)
+    assert not table[:, 3:].any()
+
+
+def test_included_text_stands_where_it_was_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "common").mkdir()
+    (tmp_path / "common" / "part.in").write_text("run 1\nrun 2\n")
+    (tmp_path / "deck.in").write_text("units lj\ninclude common/part.in\n# include common/part.in\ninclude other.in\n")
+    assert whole(tmp_path / "deck.in") == "units lj\nrun 1\nrun 2\n# include common/part.in\ninclude other.in\n"

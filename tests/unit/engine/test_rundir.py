@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from workflow.engine import watch
-from workflow.engine.checkpoint import cut_back, newest, step_of
+from workflow.engine.checkpoint import Seals, confirmed, cut_back, damaged, newest, step_of
 from workflow.engine.rundir import RunDirectory, default_directory
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.method1 import Method1
@@ -120,13 +120,58 @@ def test_file_that_is_no_restart_file(content: bytes, tmp_path: Path) -> None:
     assert newest(tmp_path) is None
 
 
+def checkpoint(folder: Path, name: str, step: int, content: bytes = bytes(100)) -> Path:
+    """A whole restart file as far as head and end mark go."""
+    file = folder / f"checkpoint.{name}"
+    file.write_bytes(HEAD + struct.pack("<q", step) + content + b"LammpS RestartT\0")
+    return file
+
+
 def test_newest_checkpoint(tmp_path: Path) -> None:
-    for name, step in {"1.a": 100, "1.b": 300, "2.a": 300, "1.end": 200}.items():
-        (tmp_path / f"checkpoint.{name}").write_bytes(HEAD + struct.pack("<q", step) + bytes(100))
+    for name, step in {"1.a": 100, "1.b": 300, "2.a": 300}.items():
+        checkpoint(tmp_path, name, step)
+    checkpoint(tmp_path, "2.end", 900)  # written because the run was asked to stop: not part of its course
     (tmp_path / "checkpoint.2.b").write_bytes(b"cut off")
     found = newest(tmp_path)
     assert found is not None
     assert (found.path.name, found.stage, found.step) == ("checkpoint.2.a", 2, 300)
+    assert [path.name for path in damaged(tmp_path)] == ["checkpoint.2.b"]
+
+
+def test_a_sealed_checkpoint_comes_before_a_newer_one_without_seal(tmp_path: Path) -> None:
+    checkpoint(tmp_path, "1.a", 100)
+    Seals(tmp_path).look()
+    checkpoint(tmp_path, "1.b", 200)
+    assert newest(tmp_path).path.name == "checkpoint.1.a"  # type: ignore[union-attr]
+    Seals(tmp_path).look()
+    assert newest(tmp_path).path.name == "checkpoint.1.b"  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("position", [20, 80, -1])
+def test_one_changed_bit_is_noticed(position: int, tmp_path: Path) -> None:
+    checkpoint(tmp_path, "3.a", 100)
+    file = checkpoint(tmp_path, "3.b", 200)
+    Seals(tmp_path).look()
+    content = bytearray(file.read_bytes())
+    content[position] ^= 1
+    file.write_bytes(bytes(content))
+    assert damaged(tmp_path) == [file]
+    assert newest(tmp_path).path.name == "checkpoint.3.a"  # type: ignore[union-attr]
+
+
+def test_unfinished_and_overwritten_checkpoints_have_no_valid_seal(tmp_path: Path) -> None:
+    file = checkpoint(tmp_path, "1.a", 100)
+    seals = Seals(tmp_path)
+    seals.look()
+    assert confirmed(file)
+    file.write_bytes(HEAD + struct.pack("<q", 300) + bytes(50))  # the engine is writing the next one
+    seals.look()
+    assert not confirmed(file)
+    assert newest(tmp_path) is None
+    checkpoint(tmp_path, "1.a", 300)
+    seals.look()
+    assert confirmed(file)
+    assert json.loads((tmp_path / "checkpoint.1.a.json").read_text())["step"] == 300
 
 
 def test_cut_back_of_the_series(run: RunDirectory) -> None:

@@ -1,0 +1,43 @@
+"""Measures of grains that other programs made: LAMMPS dumps on the command line, arrays and a Universe in Python."""
+
+import os
+import subprocess
+import warnings
+from pathlib import Path
+
+import MDAnalysis
+import numpy as np
+
+from workflow.analysis.build import make_frame
+from workflow.analysis.contacts import coordination, solid_fraction
+from workflow.analysis.percolation import percolation
+from workflow.archive.foreign import foreign_frames, universe_frame
+
+grains = os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "400")
+deck = Path(__file__).with_name("pack.in").read_text()
+Path("pack.in").write_text(deck)
+subprocess.run(["lmp", "-in", "pack.in", "-var", "grains", grains, "-screen", "none", "-log", "none"], check=True)
+
+# the command line: dumps in, numbers and figures out
+dumps = ["grains.dump", "--contacts", "contacts.dump", "--mu", "0.3", "--kn", "1000", "--kt", "286"]
+subprocess.run(["wf", "measure", *dumps, "--only", "forces,rigidity"], check=True)
+subprocess.run(["wf", "plot", *dumps, "--figure", "forces,cloud", "--format", "png"], check=True)
+
+# the same in Python
+frame = next(foreign_frames("grains.dump", "contacts.dump"))
+print(f"{frame.grains} grains, {len(frame.contacts)} contacts, z = {coordination(frame, threshold=1e-6).z:.3f}")
+print("forces percolate up to", percolation(frame).any)
+
+# plain arrays of any origin: positions, diameters and the cell are enough; contacts are then the discs that overlap
+arrays = make_frame(frame.position, frame.diameter, frame.cell)
+print(f"from arrays: {len(arrays.contacts)} overlaps, solid fraction {solid_fraction(arrays):.4f}")
+
+# a MDAnalysis Universe: float32, which the warning is about
+universe = MDAnalysis.Universe.empty(frame.grains, trajectory=True)
+universe.add_TopologyAttr("radii", frame.diameter / 2)
+universe.atoms.positions = np.column_stack((frame.position, np.zeros(frame.grains)))
+universe.dimensions = [*frame.cell, 1.0, 90.0, 90.0, 90.0]
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    seen = universe_frame(universe)
+print(f"from a Universe: {len(seen.contacts)} overlaps; {said[-1].message}")

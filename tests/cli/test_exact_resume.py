@@ -1,0 +1,105 @@
+"""Kill -9 at any moment: the resumed run is, bit for bit, the run that was never interrupted, in every stage."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wf_process import ALL_STAGES, SLOW, Running, Wf, call, kill, record
+
+from workflow.archive.read import Archive
+from workflow.engine.checkpoint import confirmed, newest
+
+RESULTS = ("series.txt", "grains.dump", "contacts.dump")
+Start = Callable[..., Running]
+
+
+def stop(run: Running) -> None:
+    """Power cut: `wf` and engine vanish at once."""
+    for pid in (run.process.pid, *run.engine()):
+        kill(pid)
+    run.process.wait(timeout=5)
+
+
+def assert_same(directory: Path, whole: Path) -> None:
+    assert record(directory)["status"] == "finished"
+    for name in RESULTS:
+        assert (directory / name).read_bytes() == (whole / name).read_bytes(), name
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running: Start, wf: Wf) -> None:
+    """Once in the run and up to twice more while it resumes."""
+    rng = random.Random(seed)
+    reference, seconds = whole
+    run = running(*ALL_STAGES)
+    run.wait_for_rows(1)
+    for share in (0.7, 0.4, 0.4):
+        time.sleep(rng.uniform(0.0, share * seconds))
+        if run.process.poll() is None:
+            stop(run)
+        if record(run.directory)["status"] == "finished":
+            break
+        run = running(resume=True)
+    _, text = run.process.communicate(timeout=120)
+    assert run.process.returncode == 0, text
+    assert_same(run.directory, reference)
+
+
+def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start, wf: Wf) -> None:
+    """A bit that flipped on the disk: the checkpoint before it is taken."""
+    reference, seconds = whole
+    run = running(*ALL_STAGES)
+    run.wait_for_rows(10)
+    time.sleep(0.2 * seconds)
+    stop(run)
+    found = newest(run.directory)
+    assert found is not None
+    content = bytearray(found.path.read_bytes())
+    content[len(content) // 2] ^= 4
+    found.path.write_bytes(bytes(content))
+    done = wf("resume", "slow")
+    assert done.returncode == 0, done.stderr
+    assert f"{found.path.name} is damaged" in done.stderr
+    assert "continuing from checkpoint" in done.stderr
+    assert_same(run.directory, reference)
+
+
+def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:
+    """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
+    disk = small_disk("size=5m")
+    done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")
+    assert done.returncode == 1
+    assert "No space left on device" in done.stderr
+    assert "wf resume disk/new" in done.stderr
+    found = newest(disk / "new")
+    assert found is not None
+    assert confirmed(found.path)
+    assert record(disk / "new")["status"] == "failed"
+    subprocess.run(["mount", "-o", "remount,size=200m", disk], check=True)
+    done = wf("resume", "disk/new")
+    assert done.returncode == 0, done.stderr
+    assert f"continuing from {found.path.name}, step {found.step}" in done.stderr
+    with Archive(disk / "new" / "run.h5") as archive:
+        times = [frame.time for frame in archive.frames]
+    assert np.all(np.diff(times) > 0)
+    assert len(times) > 20
+
+
+def test_last_part_of_a_run_is_reproduced(whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    shutil.copytree(whole[0], tmp_path / "copy")
+    done = wf("verify", "copy", "--last")
+    assert done.returncode == 0, done.stdout
+    assert "reproduced: from step" in done.stdout
+
+
+def test_finished_run_says_so(whole: tuple[Path, float]) -> None:
+    done = call("resume", str(whole[0]), cwd=whole[0].parent)
+    assert done.returncode == 2
+    assert "is finished; there is nothing to resume" in done.stderr

@@ -1,0 +1,120 @@
+"""`wf run method2`: what each stage leaves behind, and what is recorded of it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wf_process import Wf, record
+
+from workflow.analysis.clusters import aggregates
+from workflow.analysis.frame import Frame
+from workflow.archive.read import Archive
+from workflow.deck.render import templates
+from workflow.engine.environment import engine
+
+Whole = tuple[Path, float]
+STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]
+
+
+@pytest.fixture(scope="module")
+def archive(whole: Whole) -> Archive:
+    return Archive(whole[0] / "run.h5")
+
+
+@pytest.fixture(scope="module")
+def ends(archive: Archive) -> dict[str, Frame]:
+    return {stage: archive.frame(k) for k, stage in enumerate(archive.stages)}
+
+
+def test_all_stages_are_there_in_order(archive: Archive) -> None:
+    assert list(dict.fromkeys(archive.stages)) == STAGES
+
+
+def test_aggregates_are_watched(archive: Archive, ends: dict[str, Frame]) -> None:
+    series = archive.series
+    assert series["aggregates"][0] == 60 and series["largest_aggregate"][0] == 1
+    for stage in STAGES[:3]:
+        found = aggregates(ends[stage]).clusters
+        assert len(found.grains) == 1
+        row = int(np.searchsorted(series["step"], ends[stage].step))
+        assert series["aggregates"][row] == 1 and series["largest_aggregate"][row] == 60
+
+
+def test_cell_is_fixed_then_free_then_loaded(archive: Archive, ends: dict[str, Frame]) -> None:
+    series = archive.series
+    fixed = series["stage"] < 3
+    assert len(set(series["length_x"][fixed])) == len(set(series["length_y"][fixed])) == 1
+    for stage, stress in (("free", 0.0), ("stiffen", 0.0), ("settle", 0.05)):
+        row = int(np.searchsorted(series["step"], ends[stage].step)) - 1
+        # the last row lies within an interval of the series before the end, at which the criterion 1e-4 F0/a holds
+        assert series["stress_x"][row] == pytest.approx(stress, abs=3e-4)
+        assert series["stress_y"][row] == pytest.approx(stress, abs=3e-4)
+    assert ends["settle"].area < 0.8 * ends["relax"].area
+
+
+def test_contacts_become_stiffer_in_their_stage(ends: dict[str, Frame]) -> None:
+    for stage, stiffness in zip(STAGES, [1e3, 1e3, 1e3, 1e4, 1e4, 1e4], strict=True):
+        table = ends[stage].contacts
+        np.testing.assert_allclose(table.elastic[table.touching] / -table.gap[table.touching], stiffness, rtol=1e-9)
+
+
+def test_energy_account_goes_through_all_stages(archive: Archive) -> None:
+    """Where a stage begins nothing appears and nothing is lost; over all the residual is the first order of the damping."""
+    series = archive.series
+    jumps = np.abs(np.diff(series["residual"]))
+    border = np.diff(series["stage"]) > 0
+    through = series["lost_viscous"][-1] + series["lost_drag"][-1]
+    assert border.sum() == 5
+    assert jumps[border].max() < 1e-3 * through
+    assert np.abs(series["residual"]).max() < 0.05 * through
+    assert np.all(np.diff(series["lost_drag"]) >= 0)
+
+
+def test_result_is_recorded(whole: Whole, wf: Wf) -> None:
+    measures = json.loads((whole[0] / "measures.json").read_text())
+    assert measures["equilibrated"] is True
+    assert set(measures["relaxation"]) == {"relax", "settle"}
+    with Archive(whole[0] / "run.h5") as archive:
+        assert archive.provenance["relaxation"] == "drag 0.1 and 0.316228 in relax, free, stiffen, settle"
+    assert "drag in relax" in wf("measure", str(whole[0])).stdout
+
+
+def test_figures_of_assembling(whole: Whole, packing: Path, wf: Wf, tmp_path: Path) -> None:
+    done = wf("plot", str(packing), str(whole[0]), "--figure", "density", "--out", "figures")
+    assert done.returncode == 0, done.stderr
+    done = wf("plot", str(whole[0]), "--figure", "pores", "--out", "figures", "--format", "png")
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in (tmp_path / "figures").iterdir()} == {"density.png", "density.svg", "pores.png"}
+    assert wf("plot", str(packing), str(whole[0])).returncode == 2
+
+
+def test_without_load_and_without_drag(wf: Wf, tmp_path: Path) -> None:
+    """The undamped way ends where it is told to, and says that it is not in equilibrium."""
+    words = ["--n", "60", "--kappa", "1e3", "--pstar", "0", "--drag", "0", "--max-time", "60", "--quiet", "2"]
+    done = wf("run", "method2", *words, "--out", "bare", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["equilibrated"] is False
+    assert record(tmp_path / "bare")["status"] == "finished"
+    with Archive(tmp_path / "bare" / "run.h5") as archive:
+        assert set(archive.stages) == {"aggregate"}
+        assert archive.provenance["relaxation"] == "none"
+        assert not archive.series["lost_drag"].any()
+
+
+def test_template_runs_with_plain_lmp(tmp_path: Path) -> None:
+    shutil.copytree(templates(), tmp_path / "inputs")
+    found = engine()
+    done = subprocess.run(
+        [found.lmp, "-in", "method2.in", "-var", "max_steps", "400", "-screen", "none"],
+        cwd=tmp_path / "inputs", env=found.variables(), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    log = (tmp_path / "inputs" / "log.lammps").read_text()
+    assert done.returncode == 0, log[-500:]
+    assert "RESULT stage 1 step 400 equilibrated 0 stopped 0" in log
+    residual = np.loadtxt(tmp_path / "inputs" / "series.txt", usecols=28)
+    assert np.abs(residual).max() < 1e-2 * 4.33  # the energy of the gas is the zero of the account

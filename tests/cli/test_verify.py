@@ -1,0 +1,70 @@
+"""`wf verify`: a run done again is the same, a tampered one is not, and it says where."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from wf_process import Wf, record
+
+
+def test_the_whole_run_is_reproduced(copy: Path, wf: Wf) -> None:
+    before = {file.name: file.read_bytes() for file in copy.iterdir()}
+    done = wf("verify", "copy")
+    assert done.returncode == 0, done.stderr
+    assert "reproduced: the whole run, every byte" in done.stdout
+    assert {file.name: file.read_bytes() for file in copy.iterdir()} == before  # it looks and does not touch
+
+
+def test_first_difference_is_named(copy: Path, wf: Wf) -> None:
+    lines = (copy / "series.txt").read_text().splitlines(keepends=True)
+    words = lines[-3].split()
+    step, column = words[0], lines[0].split().index("coordination") - 1
+    words[column] = "2.5"
+    lines[-3] = " ".join(words) + "\n"
+    (copy / "series.txt").write_text("".join(lines))
+    done = wf("verify", "copy", "--json")
+    assert done.returncode == 1
+    verdict = json.loads(done.stdout)
+    assert not verdict["reproduced"] and not verdict["same_bits"]
+    first = verdict["first"]
+    assert (first["file"], first["step"], first["quantity"], first["before"]) == ("series.txt", int(step), "coordination", 2.5)
+    assert first["stage"] == "settle"
+
+
+def test_a_changed_position_is_found_in_the_frames(copy: Path, wf: Wf) -> None:
+    lines = (copy / "grains.dump").read_text().splitlines(keepends=True)
+    words = lines[-1].split()
+    words[3] = "1.25"
+    lines[-1] = " ".join(words) + "\n"
+    (copy / "grains.dump").write_text("".join(lines))
+    done = wf("verify", "copy")
+    assert done.returncode == 1
+    assert "NOT reproduced" in done.stdout
+    assert ", x (grains.dump): 1.25 then" in done.stdout
+
+
+def test_other_ranks_are_judged_by_bounds(copy: Path, wf: Wf) -> None:
+    done = wf("verify", "copy", "--ranks", "2", "--json")
+    verdict = json.loads(done.stdout)
+    assert done.returncode == (0 if verdict["reproduced"] else 1)
+    assert verdict["expected"] == "1 ranks then, 2 now"
+    # sums in another order: the same motion to rounding until collisions have amplified it
+    assert verdict["agree_until"] > 1.0
+    assert set(verdict["changes"]) == {"solid_fraction", "coordination"}
+
+
+def test_misuse(copy: Path, wf: Wf) -> None:
+    deck = (copy / "deck.in").read_text()
+    (copy / "deck.in").write_text(deck.replace("dimension 2", "dimension 2 "))
+    done = wf("verify", "copy")
+    assert done.returncode == 2
+    assert "deck.in in 'copy' changed since the run" in done.stderr
+    (copy / "deck.in").write_text(deck)
+    for file in copy.glob("checkpoint.*"):
+        file.unlink()
+    assert "no whole checkpoint" in wf("verify", "copy", "--last").stderr
+    (copy / "run.json").write_text(json.dumps({**record(copy), "status": "interrupted"}))
+    done = wf("verify", "copy")
+    assert done.returncode == 2
+    assert "interrupted, not finished" in done.stderr

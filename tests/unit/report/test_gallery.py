@@ -1,0 +1,124 @@
+"""Every figure is drawn from frames, and shows what it says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib import colors
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+
+from workflow.analysis.build import make_frame
+from workflow.analysis.groups import Constants
+from workflow.analysis.holes import hole_triangles
+from workflow.analysis.modes import floppy_modes, mobility
+from workflow.analysis.network import Springs
+from workflow.analysis.synthetic import ballistic_aggregate
+from workflow.cli.plot import FIGURES, HISTORY
+from workflow.errors import InputError
+from workflow.report import charts, figures, gallery, maps
+from workflow.report.gallery import PLOTS
+
+LAW = Constants(springs=Springs(1.0, 1.0), cohesive=True)
+
+
+def lattice(seed: int = 0, side: int = 8, missing: int = 12):
+    """A square lattice of touching discs with holes in it, and random forces."""
+    rng = np.random.default_rng(seed)
+    x, y = (axis.ravel() for axis in np.mgrid[:side, :side])
+    kept = np.sort(rng.choice(side**2, side**2 - missing, replace=False))
+    frame = make_frame(np.column_stack((x, y))[kept], 1.0 + 1e-6, (side, side))
+    table, rows = frame.contacts, len(frame.contacts)
+    pairs = {"i": table.i, "j": table.j, "branch": table.branch, "gap": table.gap,
+             "normal": rng.normal(size=rows), "tangential": rng.normal(size=rows)}  # fmt: skip
+    return make_frame(frame.position, frame.diameter, frame.cell, pairs)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that would be saved."""
+    caught = []
+    for module in (figures, maps, charts):
+        monkeypatch.setattr(module, "save", lambda figure, path: caught.append(figure))
+    return caught
+
+
+def test_the_command_line_knows_every_figure():
+    assert set(FIGURES) == {*PLOTS, HISTORY}
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_every_figure_is_drawn(name, tmp_path):
+    samples = [(lattice(seed), LAW) for seed in range(2 if PLOTS[name].several else 1)]
+    if name == "hole_sizes":
+        samples = [(lattice(seed, missing=3), LAW) for seed in range(2)]
+    PLOTS[name].draw(samples, [tmp_path / "figure.png"])
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+
+
+def test_colours_of_the_network_differ_in_grey():
+    """Relative luminance (ITU-R BT.709), dark for compression and light for tension: a factor of two or more apart."""
+    dark, light = (np.dot(colors.to_rgb(c), (0.2126, 0.7152, 0.0722)) for c in (figures.RED, figures.GREEN))
+    assert light > 2 * dark
+
+
+def test_unstressed_contacts_are_blue_and_their_grains_grey(drawn):
+    """Of three in a row the first contact carries a force: only the last grain is without."""
+    pairs = {"i": [0, 1], "j": [1, 2], "normal": [0.5, 1e-6]}
+    frame = make_frame([[1.0, 1], [2, 1], [3, 1]], 1.0, (6, 6), pairs)
+    PLOTS["stressed"].draw([(frame, LAW)], ["x.png"])
+    lines = [c for c in drawn[0].axes[0].collections if isinstance(c, LineCollection) and len(c.get_segments())]
+    assert {colors.to_hex(c.get_colors()[0]) for c in lines} == {figures.RED.lower(), figures.BLUE.lower()}
+    fill = next(c for c in drawn[0].axes[0].collections if isinstance(c, EllipseCollection) and len(c.get_facecolors()) == 3)
+    assert [colors.to_hex(c) for c in fill.get_facecolors()] == [c.lower() for c in (*[figures.FILL] * 2, figures.RATTLER)]
+
+
+def test_triangles_of_the_hole_map_cover_the_holes(drawn):
+    """The triangles of a hole less the disc sectors are its area; all triangles together are the cell."""
+    frame = lattice(3, missing=3)
+    found, corners, hole = hole_triangles(frame)
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    assert area.sum() == pytest.approx(frame.area, rel=1e-6)  # the nudge of a degenerate lattice
+    assert hole.max() == len(found.area) - 1
+    discs = np.pi / 4 * frame.grains
+    assert area[hole >= 0].sum() - discs == pytest.approx(found.area.sum(), rel=1e-4)  # overlaps of 1e-6
+    PLOTS["holes"].draw([(frame, LAW)], ["x.png"])
+    patches = [c for c in drawn[0].axes[0].collections if isinstance(c, PolyCollection)]
+    assert sum(len(c.get_paths()) for c in patches) >= (hole >= 0).sum()
+
+
+def test_arrows_of_a_mechanism_are_on_the_grains_that_can_move():
+    """A rigid lattice with one grain that hangs on a single contact: it alone moves, and around its neighbour."""
+    side = 6
+    x, y = (axis.ravel() for axis in np.mgrid[:side, :side])
+    hexagons = np.column_stack((x + 0.5 * (y % 2), y * np.sqrt(0.75)))
+    cell = np.array([side, side * np.sqrt(0.75)])
+    place = np.vstack((np.delete(hexagons, 14, axis=0), [hexagons[14]]))
+    frame = make_frame(place, np.append(np.full(35, 1.0 + 1e-6), 0.5), cell)
+    pairs = frame.contacts
+    table = {"i": np.append(pairs.i, 13), "j": np.append(pairs.j, 35)}
+    frame = make_frame(place, frame.diameter, cell, table)
+    motion = maps.own_motions(frame, mobility(frame), floppy_modes(frame))
+    assert (np.hypot(*motion[:-1].T) < 0.2).all()
+    assert np.hypot(*motion[-1]) == pytest.approx(1.0)
+    branch = frame.contacts.branch[-1] / np.hypot(*frame.contacts.branch[-1])
+    assert abs(motion[-1] @ branch) < 1e-6  # rolls about its neighbour without coming nearer
+
+
+def test_the_intensity_is_drawn_with_its_fit(drawn):
+    rng = np.random.default_rng(0)
+    frames = [make_frame(ballistic_aggregate(256, rng), 0.999, (120.0, 120.0)) for _ in range(4)]
+    PLOTS["scattering"].draw([(frame, replace(LAW, window=(0.05, 1.5))) for frame in frames], ["x.png"])
+    axes = drawn[0].axes[0]
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    label = axes.get_legend_handles_labels()[1]
+    assert any("d_F" in text for text in label), label
+
+
+def test_what_cannot_be_drawn_is_said(tmp_path):
+    alone = make_frame([[1.0, 1.0]], 1.0, (6.0, 6.0))
+    for name in ("floppy", "hole_sizes", "distribution"):
+        with pytest.raises(InputError):
+            PLOTS[name].draw([(alone, LAW)], [tmp_path / "x.png"])
+    assert not list(tmp_path.iterdir())
+    assert gallery.MOST_DRAWN > 0

@@ -1,0 +1,106 @@
+"""Scene method2: the paper's sets, the Maxwell gas, what is imposed and how stiff contacts are in which stage."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from workflow.errors import InputError
+from workflow.scene.grains import maxwell
+from workflow.scene.method1 import Method1
+from workflow.scene.method2 import Method2
+from workflow.scene.presets import scene_from, to_toml
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [  # Phi_I, kappa while aggregating, kappa at the end: G07 sec. III B 2 and table IV
+        ({}, (0.36, 1e5, 1e5)),
+        ({"series": "A"}, (0.36, 1e5, 1e5)),
+        ({"series": "A0"}, (0.13, 1e5, 1e5)),
+        ({"series": "B"}, (0.26, 1e2, 1e4)),
+        ({"series": "B", "phi0": 0.3}, (0.3, 1e2, 1e4)),
+        ({"series": "B", "kappa": 1e3}, (0.26, 1e2, 1e3)),
+        ({"kappa": 1e4}, (0.36, 1e4, 1e4)),
+        ({"kappa": 1e4, "soft_kappa": 1e3}, (0.36, 1e3, 1e4)),
+    ],
+)
+def test_series(given: dict[str, Any], expected: tuple[float, float, float]) -> None:
+    scene = scene_from({"scene": "method2", **given})
+    assert isinstance(scene, Method2)
+    assert (scene.phi0, scene.soft_law.kn, scene.law_in_units.kn) == pytest.approx(expected)
+    soft, hard = scene.soft_law, scene.law_in_units
+    assert soft.kt / soft.kn == pytest.approx(hard.kt / hard.kn)
+    assert soft.kr / soft.kn == pytest.approx(hard.kr / hard.kn)
+
+
+def test_toml_repeats_the_scene() -> None:
+    scene = Method2(series="B", mur=0.5, rolling=True)
+    assert 'series = "B"' in to_toml(scene)
+    assert scene_from({"scene": "method2", **scene.as_mapping()}) == scene
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"cohesion": False}, "no aggregate"),
+        ({"barostat": "berendsen"}, "barostat"),
+        ({"series": "C"}, "series"),
+        ({"v0": -1.0}, "v0"),
+        ({"soft_kappa": 1.0}, "soft_kappa"),
+    ],
+)
+def test_misuse(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        scene_from({"scene": "method2", **given})
+
+
+def test_same_gas_as_method_1() -> None:
+    """G07: both methods start from the same I-state."""
+    one, two = Method1(n=80, seed=3).discs(), Method2(n=80, seed=3).discs()
+    assert np.array_equal(one.diameter, two.diameter)
+    assert np.array_equal(one.position, two.position)
+
+
+def test_gas_has_the_speed_asked_for_and_no_momentum() -> None:
+    scene = Method2(n=300, v0=0.95, d0=4e-3)
+    discs = scene.discs()
+    velocity = discs.velocity
+    assert velocity is not None
+    assert np.sqrt(np.mean((velocity**2).sum(axis=1))) == pytest.approx(0.95 * math.sqrt(4e-3), rel=1e-12)
+    # 300 terms of order 0.06, each rounded at 1e-16
+    assert np.abs(discs.diameter**2 @ velocity).max() < 1e-14
+    assert scene.start_energy == pytest.approx(0.5 * np.sum(discs.diameter**2 * (velocity**2).sum(axis=1)), rel=1e-12)
+
+
+def test_equal_temperature_of_small_and_large_grains() -> None:
+    rng = np.random.default_rng(5)
+    diameter = np.repeat([0.5, 1.0], 40_000)
+    velocity = maxwell(diameter, 1.0, rng)
+    energy = diameter**2 * (velocity**2).sum(axis=1)
+    small, large = energy[:40_000].mean(), energy[40_000:].mean()
+    # exponential distribution: each mean is known to 1/sqrt(40000) = 0.5 %, four standard deviations of the difference
+    assert small == pytest.approx(large, rel=0.03)
+    component = velocity[:40_000, 0] / velocity[:40_000, 0].std()
+    # kurtosis 3 of a Gaussian, standard error sqrt(24/40000) = 0.025
+    assert np.mean(component**4) == pytest.approx(3.0, abs=0.1)
+
+
+def test_one_grain_does_not_move() -> None:
+    assert not maxwell(np.ones(1), 1.0, np.random.default_rng(0)).any()
+
+
+def test_stages_know_their_law_and_stress() -> None:
+    scene = Method2(series="B", pstar=0.02)
+    assert [scene.pressure_of(stage) for stage in scene.stages.values()] == [None, None, 0.0, 0.0, 0.02, 0.02]
+    assert [scene.law_of(stage).kn for stage in scene.stages.values()] == pytest.approx([1e2, 1e2, 1e2, 1e4, 1e4, 1e4])
+
+
+def test_fast_gas_takes_a_smaller_step() -> None:
+    """Five steps in the tail at the root mean square of the relative velocity."""
+    fast = Method2(n=50, v0=95.0)
+    assert fast.step_choice.step * 5.0 * math.sqrt(2.0) * 95.0 * math.sqrt(1e-3) == pytest.approx(1e-3)
+    assert Method2(n=50, v0=9.48).step_choice.step == Method2(n=50, v0=0.0).step_choice.step

@@ -1,0 +1,155 @@
+"""Method 2 of G07 (sec. III B): a gas of moving discs sticks together before it feels any stress."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs, maxwell
+from workflow.scene.packing import Packing
+from workflow.scene.parts import Law
+from workflow.scene.quantity import quantity
+
+# The paper's sets (sec. III B 2); what is given on top replaces the set's value.
+SERIES: dict[str, dict[str, float]] = {
+    "A": {"phi0": 0.36, "kappa": 1e5, "soft_kappa": 1e5},
+    "A0": {"phi0": 0.13, "kappa": 1e5, "soft_kappa": 1e5},
+    "B": {"phi0": 0.26, "kappa": 1e4, "soft_kappa": 1e2},
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method2(Packing):
+    """Scene `method2`.
+
+    Stages: 1 aggregate (fixed cell, no drag, until one aggregate is left whose contacts do not change), 2 relax (drag, to
+    equilibrium), 3 free (the cell, at sigma = 0), 4 stiffen (K_N from soft_kappa to kappa, if they differ), 5 load (P*, no
+    drag), 6 settle (drag, to equilibrium).  With drag = 0 the same stages wait for equilibrium without help.
+    """
+
+    name = "method2"
+    title = "aggregation of a granular gas, relaxation and loading (G07 method 2)"
+    stages: ClassVar[dict[int, str]] = {1: "aggregate", 2: "relax", 3: "free", 4: "stiffen", 5: "load", 6: "settle"}
+    dragged = ("relax", "free", "stiffen", "settle")
+    relaxations = (("aggregate", "relax"), ("load", "settle"))
+
+    series: str = quantity(
+        "A", str, "the paper's set of samples: it sets phi0, kappa and soft_kappa where they are not given",
+        choices=tuple(SERIES), source="G07 sec. III B 2",
+    )  # fmt: skip
+    v0: float = quantity(
+        9.48, float, "root mean square of the initial velocities in units of V* = sqrt(F0 D0/m)", symbol="V0", unit="V*",
+        low=0.0, high=1e4, source="G07 sec. III B, table VI: 0.095 to 95",
+    )  # fmt: skip
+    phi0: float = quantity(
+        None, float, "initial solid fraction, default that of the series", symbol="Phi_I", low=1e-3, high=0.6,
+        automatic=True, source="G07 table IV",
+    )  # fmt: skip
+    kappa: float = quantity(
+        None, float, "stiffness K_N a/F0, default that of the series", symbol="kappa", low=1e2, high=1e8, automatic=True,
+        source="G07 table I",
+    )  # fmt: skip
+    soft_kappa: float = quantity(
+        None, float, "stiffness K_N a/F0 until the cell is free, default that of the series, or kappa", symbol="kappa",
+        low=10.0, high=1e8, automatic=True, source="G07 sec. III B 2",
+    )  # fmt: skip
+    stiffening: float = quantity(
+        100.0, float, "time in which the stiffness grows from soft_kappa to kappa", unit="T0", low=0.0, high=1e9
+    )
+    pstar: float = quantity(
+        0.01, float, "reduced pressure P* = P a/F0 of the last stages, 0: end in equilibrium without stress", symbol="P*",
+        unit="F0/a", low=0.0, high=100.0, source="G07 sec. III B",
+    )  # fmt: skip
+    rate_cap: float = quantity(
+        0.05, float, "cap on the strain rate, 0 for none", unit="1/T0", low=0.0, high=1e9, source="G07 sec. III B"
+    )
+    quiet: float = quantity(
+        20.0, float, "time without a change of contacts after which an aggregate, or a loaded packing, is taken as complete",
+        unit="T0", low=0.0, high=1e9,
+    )  # fmt: skip
+    drag: float | None = quantity(  # type: ignore[assignment]
+        None, float, "drag of the stages that wait for equilibrium, default sqrt(kappa/1e5); 0: none", unit="1/T0", low=0.0,
+        high=100.0, automatic=True,
+    )  # fmt: skip
+    max_time: float = quantity(5000.0, float, "longest time of each stage", unit="T0", above=0.0, high=1e9)
+
+    def __post_init__(self) -> None:
+        preset = dict(SERIES.get(self.series, {}))
+        if self.series != "B" and self.kappa is not None:
+            preset["soft_kappa"] = self.kappa
+        for name, value in preset.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        super().__post_init__()
+        if not self.cohesion:
+            raise InputError("cohesion = false is not allowed: grains without attraction form no aggregate; use method1")
+        if self.barostat != "inertial":
+            raise InputError(f"barostat = '{self.barostat}' is not allowed in method2, whose cell starts at no stress: "
+                             "use inertial")  # fmt: skip
+
+    @property
+    def pressure(self) -> float:
+        """Stress imposed in the last stages, F0/a."""
+        return self.pstar
+
+    @property
+    def speed(self) -> float:
+        """Root mean square of the initial velocities, V0 V* [a/T0]."""
+        return self.v0 * math.sqrt(self.d0)
+
+    @property
+    def approach_speed(self) -> float:
+        """Root mean square of the relative velocity of two grains of the gas, sqrt(2) V0."""
+        return math.sqrt(2.0) * self.speed
+
+    @cached_property
+    def soft_law(self) -> Law:
+        """The law until the stiffness grows."""
+        law, ratio = self.law_in_units, self.soft_kappa / self.kappa
+        return replace(law, kn=law.kn * ratio, kt=law.kt * ratio, kr=law.kr * ratio)
+
+    @property
+    def softest(self) -> float:
+        """Smallest K_N of any stage."""
+        return min(self.soft_law.kn, self.law_in_units.kn)
+
+    @property
+    def compression_time(self) -> float:
+        """Time in which the cell, at the capped rate, could close from the initial solid fraction to 0.8 [T0]."""
+        return (1.0 - math.sqrt(self.phi0 / 0.8)) / self.rate_cap if self.rate_cap else 0.0
+
+    def law_of(self, stage: str) -> Law:
+        """Soft until the stage `stiffen` has ended."""
+        return self.soft_law if stage in ("start", "aggregate", "relax", "free") else self.law_in_units
+
+    def pressure_of(self, stage: str) -> float | None:
+        """The cell is fixed while grains aggregate, then free, then under P*."""
+        return {"start": None, "aggregate": None, "relax": None, "free": 0.0, "stiffen": 0.0}.get(stage, self.pressure)
+
+    @cached_property
+    def gas(self) -> Discs:
+        """The gas of method 1 with velocities of a Maxwell distribution."""
+        still = super().gas
+        return replace(still, velocity=maxwell(still.diameter, self.speed, self.random("velocities")))
+
+    def drag_at(self, kn: float) -> float:
+        """As given, or 1/T0 at kappa = 1e5 and lower in proportion to the frequencies of softer contacts: a drag far above
+        the slowest frequency would hold back what it should bring to rest."""
+        return math.sqrt(kn / 1e5) if self.drag is None else self.drag
+
+    @property
+    def start_energy(self) -> float:
+        """Kinetic energy of the gas, in which nothing touches."""
+        return self.gas.kinetic_energy
+
+    def variables(self) -> dict[str, Any]:
+        """Values of the variables of the deck method2.in."""
+        soft = self.soft_law
+        return super().variables() | {
+            "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
+            "stiffer": self.law_in_units.kn / soft.kn,
+            "stiffening": self.stiffening, "quiet": self.quiet,
+        }  # fmt: skip

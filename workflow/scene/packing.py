@@ -1,0 +1,199 @@
+"""What the assembling methods share: checks, units, step, grains, random streams and the deck's common variables."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs, diameters, place
+from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Step, choose_step
+
+MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
+ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
+DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
+
+
+@dataclass(frozen=True, kw_only=True)
+class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
+    """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
+
+    ``stages``: names of the deck's stages by number; ``dragged``: those with drag; ``relaxations``: (stage before, stage
+    with drag), pairs that show what the drag did.
+    """
+
+    name = ""
+    title = ""
+    stages: ClassVar[dict[int, str]] = {}
+    dragged: ClassVar[tuple[str, ...]] = ()
+    relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        choice = self.step_choice
+        if choice.step > choice.limit:
+            raise InputError(
+                f"step = {choice.step:g} is not allowed: beyond {choice.limit:.2g} T0 the integration of contacts of this "
+                f"stiffness and damping is unstable; use at most {0.5 * choice.limit:.2g}, or leave it out"
+            )
+        if self.neighbour_skin <= self.law_in_units.d0:
+            raise InputError(
+                f"skin = {self.neighbour_skin:g} is not allowed: it must exceed the range of attraction d0 = {self.d0:g} "
+                "[a], or pairs would be missed; leave it out"
+            )
+        shortest = math.sqrt(self.n * self.mean_area / DENSEST)
+        needed = 2.0 * (1.0 + self.neighbour_skin)
+        if shortest < needed:
+            least = math.ceil(needed**2 * DENSEST / self.mean_area)
+            raise InputError(
+                f"n = {self.n} is not allowed: compressed, {self.n} grain(s) fill a cell of {shortest:.2f} a, in which a "
+                f"grain would touch two images of its neighbour (the cell must stay above {needed:.2f} a); "
+                f"use n = {least} or more"
+            )
+
+    @property
+    def mean_area(self) -> float:
+        """Mean disc area pi <d^2>/4 for d uniform in [smallest, 1]."""
+        s = self.smallest
+        return math.pi / 4.0 * (1.0 + s + s * s) / 3.0
+
+    @property
+    def pressure(self) -> float:
+        """Imposed stress, F0/a (cohesionless: 1)."""
+        return self.pstar if self.cohesion else 1.0
+
+    @property
+    def force_unit(self) -> float:
+        """F1 = max(F0, P a) (G07 sec. II D)."""
+        return max(1.0, self.pressure) if self.cohesion else self.pressure
+
+    @cached_property
+    def law_in_units(self) -> Law:
+        """The contact law's coefficients in scene units."""
+        return self.law(self.pressure)
+
+    @property
+    def approach_speed(self) -> float:
+        """Speed of two approaching grains that the step must resolve [a/T0]."""
+        raise NotImplementedError
+
+    def law_of(self, stage: str) -> Law:
+        """The law at the end of a stage; one law for all unless a scene changes its stiffness on the way."""
+        return self.law_in_units
+
+    def pressure_of(self, stage: str) -> float | None:
+        """Stress imposed in a stage, None in a cell of fixed size."""
+        return self.pressure
+
+    @cached_property
+    def step_choice(self) -> Step:
+        """The time step with its reason."""
+        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
+
+    @property
+    def neighbour_skin(self) -> float:
+        """Skin of the neighbour list [a]."""
+        return self.skin if self.skin is not None else max(0.1, 2.0 * self.law_in_units.d0)
+
+    def drag_at(self, kn: float) -> float:
+        """Drag of the stages in ``dragged`` at a stiffness K_N [1/T0]."""
+        return self.drag
+
+    @property
+    def relaxation(self) -> str:
+        """What is done to the packing that the law does not do, for the record."""
+        drags = {self.drag_at(self.law_of(stage).kn) for stage in self.dragged}
+        return f"drag {' and '.join(f'{g:g}' for g in sorted(drags))} in {', '.join(self.dragged)}" if any(drags) else "none"
+
+    @property
+    def softest(self) -> float:
+        """Smallest K_N of any stage."""
+        return self.law_in_units.kn
+
+    @property
+    def hold_time(self) -> float:
+        """50 periods of a contact of two largest discs and 10 of the cell (mass M on a stiffness of order K_N)."""
+        if self.hold is not None:
+            return self.hold
+        kn = self.softest
+        contact = 2.0 * math.pi * math.sqrt(0.5 / kn)
+        total_mass = self.n * 4.0 / math.pi * self.mean_area
+        length = math.sqrt(self.n * self.mean_area / self.phi0)
+        cell = 2.0 * math.pi * math.sqrt(self.cell_mass * total_mass / length / kn)
+        return max(50.0 * contact, 10.0 * cell)
+
+    @property
+    def digest(self) -> str:
+        """Hash of the resolved scene, the run's identity."""
+        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def random(self, stage: str) -> np.random.Generator:
+        """The random stream of a stage: its seed hashes what the stage depends on, so that stages are independent."""
+        words = hashlib.sha256(f"method1/{stage}/{self.seed}".encode()).digest()  # every method starts from the same gas
+        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
+
+    def discs(self) -> Discs:
+        """The initial discs, as the data file holds them."""
+        return self.gas
+
+    @property
+    def start_energy(self) -> float:
+        """Energy of the initial state, the zero of the energy account."""
+        return 0.0
+
+    @cached_property
+    def gas(self) -> Discs:
+        """The initial discs: random, not overlapping, every gap at least D0."""
+        rng = self.random("placement")
+        return place(diameters(self.n, self.smallest, rng), self.phi0, self.law_in_units.d0, rng)
+
+    @property
+    def check_interval(self) -> int:
+        """Steps between two looks at the criteria of equilibrium, 0.02 T0."""
+        return max(1, round(0.02 / self.step_choice.step))
+
+    def every(self, time: float) -> int:
+        """Steps in ``time``, a multiple of the interval between checks that LAMMPS can count."""
+        check = self.check_interval
+        return check * min(math.ceil(time / (check * self.step_choice.step)), MOST_STEPS // check)
+
+    def files(self) -> dict[str, str]:
+        """What the deck reads beside its data file: nothing."""
+        return {}
+
+    def variables(self) -> dict[str, Any]:
+        """Values of the variables that the decks share."""
+        law, every = self.law_in_units, self.every
+        return {
+            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
+            "kr": law.kr, "mur": min(law.mur, ENDLESS),
+            "stress": self.pressure, "force_unit": self.force_unit,
+            "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "convention": self.convention,
+            "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
+            "hold": self.hold_time, "drag": self.drag_at(law.kn),
+            "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
+            "scheme": self.scheme, "account": "yes" if self.account else "no",
+            "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),
+            "frame_every": every(self.frame_interval) if self.frame_interval else 0,
+            "checkpoint_every": every(self.checkpoint_interval),
+        }  # fmt: skip
+
+    def left_out(self) -> list[str]:
+        """What this scene does not use and therefore does not pay for."""
+        law = self.law_in_units
+        unused = {
+            "attraction and its tail": law.f0 == 0,
+            "friction, its memory and rotation": law.mu == 0 and law.mur == 0,
+            "friction": law.mu == 0 and law.mur > 0,
+            "rolling resistance": law.mur == 0,
+            "damping": law.zeta == 0,
+            "energy account": not self.account,
+        }
+        return [what for what, out in unused.items() if out]

@@ -1,0 +1,19 @@
+"""Rows of dataclasses as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from workflow.archive.write import replacing
+
+
+def write_csv(path: Path, rows: Sequence[Any]) -> None:
+    """Write dataclass instances of one kind, one line each; the file appears as a whole."""
+    with replacing(path) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(asdict(rows[0])))
+        writer.writeheader()
+        writer.writerows(asdict(row) for row in rows)

@@ -81,7 +81,7 @@ template <bool SPRING, bool FRICTION_> struct Continuous {
     const double reach = law.reach(), slope = law.alpha * law.mu, mu = law.mu, ratio = 2.0 * law.damping;
     const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
     const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0, dt = motion.dt;
-    const double most = 1.0 / (6.0 * dt), per_force = FRICTION ? 1.5 / law.alpha : 0.0;
+    const double most = dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300, per_force = FRICTION ? 1.5 / law.alpha : 0.0;
     const double *const __restrict eta = b.eta;
     double *const __restrict stretch = b.stretch, *const __restrict dragged = b.rotation;
     double *const __restrict viscous = b.viscous;
@@ -118,7 +118,7 @@ template <bool SPRING, bool FRICTION_> struct Continuous {
         const double rest = 1.0 - std::fabs(kept) / largest, root = std::sqrt(rest);
         const double spring = -std::copysign(mu * elastic * (1.0 - rest * root), kept);
         const double critical = ratio * eta[k] * std::sqrt(per_force * elastic / room * root);
-        const double limit = within * eta[k] * eta[k] * most;
+        const double limit = eta[k] * eta[k] * most;
         const double dragging = -(critical < limit ? critical : limit) * (sideways - rolls * lever * b.surface[k]);
         stretch[k] = kept;
         dragged[k] = dragging;

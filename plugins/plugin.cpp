@@ -2,10 +2,12 @@
    Registration of the styles of this plugin, and nothing else. */
 
 #include "fix_disc_equilibrium.h"
+#include "fix_disc_feed.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "fix_disc_stiffen.h"
 #include "pair_disc_cohesive.h"
+#include "pair_disc_continuous.h"
 #include "pair_disc_tail.h"
 #include "run_disc.h"
 
@@ -79,6 +81,10 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
                         "workflow developers", {},     handle};
   plugin.creator.v1 = &create_pair<PairDiscCohesive>;
   (*enlist)(&plugin, lmp);
+  plugin.name = "disc/continuous";
+  plugin.info = "continuous law of poured heaps, Baxter et al. 1997";
+  plugin.creator.v1 = &create_pair<PairDiscContinuous>;
+  (*enlist)(&plugin, lmp);
 
   plugin.name = "disc/tail";
   plugin.info = "the attraction of Gilabert et al. 2007 alone";
@@ -92,6 +98,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   } fixes[] = {
       {"disc/history", "neighbours and contact memory of discs", &create_fix<FixDiscHistory>},
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
+      {"disc/feed", "grains poured from a height", &create_fix<FixDiscFeed>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
       {"disc/stiffen", "slow change of the contact stiffness", &create_fix<FixDiscStiffen>},
   };

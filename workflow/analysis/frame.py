@@ -94,7 +94,7 @@ class Frame:
 
     ``cell`` (2,): lengths L1, L2.  ``origin`` (2,): lower corner.  Per grain: ``ids`` (N,) int64, ``diameter``, ``mass`` (N,),
     ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``spin`` (N,),
-    ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.
+    ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.  ``periodic``: of the axes x, y.
     """
 
     step: int
@@ -111,6 +111,7 @@ class Frame:
     force: Floats
     torque: Floats
     contacts: Contacts
+    periodic: tuple[bool, bool] = (True, True)
 
     @property
     def grains(self) -> int:

@@ -16,6 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame, Ints
+from workflow.analysis.heap import Tracks
 from workflow.errors import ArchiveError
 
 PathLike = str | os.PathLike[str]
@@ -38,6 +39,7 @@ class Block:
     columns: tuple[str, ...]
     table: Floats
     line: int
+    periodic: tuple[bool, bool] = (True, True)
 
 
 class _Truncated(Exception):
@@ -131,7 +133,8 @@ def _block(lines: _Lines, kind: str, foreign: bool) -> Block:
     bounds = lines.numbers(3, 2, "lower and upper box face")
     columns = tuple(lines.header(kind).split())
     line = lines.number
-    return Block(step, time, bounds, columns, lines.numbers(rows, len(columns), " ".join(columns)), line)
+    periodic = (faces[:1] in ([], ["pp"]), faces[1:2] in ([], ["pp"]))
+    return Block(step, time, bounds, columns, lines.numbers(rows, len(columns), " ".join(columns)), line, periodic)
 
 
 def read_blocks(path: PathLike, kind: str, *, foreign: bool = False) -> Iterator[Block]:
@@ -191,6 +194,16 @@ def read_frames(
             yield _frame(block, table, names.get(number, str(number)), grains, contacts)
 
 
+def read_tracks(path: PathLike) -> Tracks:
+    """Positions of a ``dump custom`` with the columns id x y at many times, grains that come and go included."""
+    blocks = list(read_blocks(path, "ATOMS"))
+    ids = np.unique(np.concatenate([block.table[:, 0] for block in blocks] or [np.empty(0)])).astype(np.int64)
+    position = np.full((len(blocks), len(ids), 2), np.nan)
+    for k, block in enumerate(blocks):
+        position[k, np.searchsorted(ids, block.table[:, 0].astype(np.int64))] = block.table[:, 1:3]
+    return Tracks(np.array([block.time for block in blocks]), ids, position)
+
+
 def _stage_number(series: Mapping[str, Floats] | None, step: int) -> int:
     """Stage in force at ``step``; of rows at the same step the first counts: the frame ends the earlier stage."""
     if not series or not len(series["step"]):
@@ -226,7 +239,7 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
         origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],
         ids=ids, diameter=pick("diameter"), mass=pick("mass"), position=pick("x", "y"), velocity=pick("vx", "vy"),
         spin=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
-        contacts=_contacts(table, ids, contacts),
+        contacts=_contacts(table, ids, contacts), periodic=block.periodic,
     )  # fmt: skip
 
 

@@ -13,6 +13,9 @@ CONSTANTS = {"id": "ids", "mass": "mass", "diameter": "diameter"}
 CONTACTS = "contacts"
 OFFSET = "contacts/offset"
 
+# Positions of all grains at short intervals: time (F,), id (G,), position (F, G, 2), float32; only of scenes that ask for it.
+TRACKS = "tracks"
+
 STAGE = "stage"
 PROVENANCE = "provenance"
 # Time series.  MDAnalysis reads row k of every observable with frame k and fails when there is none, so a series with

@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.analysis.heap import Tracks
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.errors import ArchiveError, EnvironmentFault, InputError
@@ -110,8 +111,22 @@ class Archive:
             origin=group["box/origin/value"][k],
             cell=group["box/edges/value"][k, :2],
             contacts=self._contacts(k, constants["ids"]),
+            periodic=self._periodic,
             **vectors, **scalars, **constants,
         )  # fmt: skip
+
+    @cached_property
+    def _periodic(self) -> tuple[bool, bool]:
+        x, y = (face == b"periodic" for face in self._file[f"{layout.GRAINS}/box"].attrs["boundary"][:2])
+        return bool(x), bool(y)
+
+    @cached_property
+    def tracks(self) -> Tracks | None:
+        """Positions at short intervals, if the run recorded them."""
+        group = self._file.get(layout.TRACKS)
+        if group is None:
+            return None
+        return Tracks(group["time"][:], group["id"][:], group["position"][:].astype(np.float64))
 
     def _contacts(self, k: int, ids: np.ndarray) -> Contacts:
         start, stop = self._file[layout.OFFSET][k : k + 2]

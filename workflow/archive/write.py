@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame, Ints
+from workflow.analysis.heap import Tracks
 from workflow.archive import layout
 from workflow.errors import ArchiveError, InputError
 
@@ -43,7 +44,13 @@ def replacing(path: PathLike) -> Iterator[Path]:
         draft.unlink(missing_ok=True)
 
 
-def write_archive(path: PathLike, frames: Iterable[Frame], series: Mapping[str, Floats], provenance: Mapping[str, Any]) -> None:
+def write_archive(
+    path: PathLike,
+    frames: Iterable[Frame],
+    series: Mapping[str, Floats],
+    provenance: Mapping[str, Any],
+    tracks: Tracks | None = None,
+) -> None:
     """Write ``frames`` (streamed: one in memory at a time), ``series`` and ``provenance`` to one H5MD 1.1 file.
 
     ``series``: name -> (rows,) float64 with ``step`` and ``time`` (see `read_series`), or empty.  ``provenance``: JSON
@@ -63,6 +70,8 @@ def write_archive(path: PathLike, frames: Iterable[Frame], series: Mapping[str, 
         if not writer.count:
             raise ArchiveError(f"nothing to write to '{path}': the run has no complete frame; let it run longer")
         _series(file, series, writer.count)
+        if tracks is not None:
+            _tracks(file, tracks)
         file.create_dataset(layout.PROVENANCE, data=document)
 
 
@@ -75,7 +84,11 @@ def _head(file: h5py.File, provenance: Mapping[str, Any]) -> None:
     creator.attrs["version"] = str(provenance.get("version", "unknown"))
     box = file.create_group(f"{layout.GRAINS}/box")
     box.attrs["dimension"] = 3
-    box.attrs["boundary"] = np.array([b"periodic", b"periodic", b"none"])
+    box.attrs["boundary"] = _boundary((True, True))
+
+
+def _boundary(periodic: tuple[bool, bool]) -> np.ndarray:
+    return np.array([b"periodic" if axis else b"none" for axis in (*periodic, False)])
 
 
 class _Writer:
@@ -103,6 +116,7 @@ class _Writer:
     def _create(self, frame: Frame) -> None:
         """All datasets, empty; step and time are shared by hard links, as H5MD allows."""
         group = self.file[layout.GRAINS]
+        group["box"].attrs["boundary"] = _boundary(frame.periodic)
         chunk = min(max(frame.grains, 1), CHUNK)
         for name in layout.VECTORS:
             _dataset(group, f"{name}/value", (0, 0, 3), (None, None, 3), (1, chunk, 3))
@@ -179,6 +193,12 @@ def _dataset(
     if fill is None and dtype is np.float64:
         fill = np.nan
     group.create_dataset(name, shape, dtype, maxshape=maximum, chunks=chunks, fillvalue=fill, **COMPRESSION)
+
+
+def _tracks(file: h5py.File, tracks: Tracks) -> None:
+    group = file.create_group(layout.TRACKS)
+    group["time"], group["id"] = tracks.time, tracks.ids
+    group.create_dataset("position", data=tracks.position.astype(np.float32), **COMPRESSION)
 
 
 def _series(file: h5py.File, series: Mapping[str, Floats], frames: int) -> None:

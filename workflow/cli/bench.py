@@ -14,6 +14,7 @@ from workflow.cli.sources import archived
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
+from workflow.scene.heap import Heap
 from workflow.study.bench import REFERENCE, bench
 
 EXAMPLES = """
@@ -41,9 +42,10 @@ def declare(commands: Any) -> None:
 def action(arguments: argparse.Namespace) -> int:
     """Time and print."""
     directory = RunDirectory.open(arguments.directory)
-    if directory.scene.cohesion:
+    scene = directory.scene
+    if isinstance(scene, Heap) or scene.cohesion:
         raise InputError(
-            f"'{directory.path}' is a cohesive packing, which falls apart under LAMMPS's own styles; "
+            f"'{directory.path}' is no packing without cohesion, what LAMMPS's own styles can hold together; "
             "give a run made with --no-cohesion"
         )
     archived(directory)

@@ -6,11 +6,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from workflow.analysis.heap import avalanches, in_heap
+from workflow.archive.read import Archive
 from workflow.cli.assembling import density, pores
 from workflow.cli.options import command
-from workflow.cli.sources import add_sources, archived, frame_of
-from workflow.engine.rundir import RunDirectory
+from workflow.cli.sources import add_sources, archived, frame_of, packing
+from workflow.engine.heap import ground
+from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
+from workflow.scene.heap import Heap
 
 EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
@@ -21,6 +25,7 @@ wf plot sample1 sample2 sample3 --figure scattering    mean and standard error o
 wf plot runs/method1-* runs/method2-* --figure density both methods, solid fraction against time (G07 fig. 4)
 wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
+wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
 HISTORY, DEFAULT = "history", ("forces", "history")
 OF_RUNS = (HISTORY, "density", "pores")  # need the time series or the stages of run directories
@@ -43,8 +48,10 @@ def action(arguments: argparse.Namespace) -> int:
     """Draw the chosen figures and say where they are."""
     from workflow.report.gallery import PLOTS  # matplotlib is slow to import
 
-    names = _chosen(arguments)
     first, several = arguments.source[0], len(arguments.source) > 1
+    if not first.is_file() and isinstance(RunDirectory.open(first).scene, Heap):
+        return _heap(archived(RunDirectory.open(first)), arguments)
+    names = _chosen(arguments)
     alone = [name for name in names if name == HISTORY or (name not in OF_RUNS and not PLOTS[name].several)]
     if several and alone:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
@@ -79,11 +86,9 @@ def _chosen(arguments: argparse.Namespace) -> list[str]:
 
 def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
     """The time series; nothing if the run has none."""
-    from workflow.archive.read import Archive
-    from workflow.engine.collect import ARCHIVE
     from workflow.report.figures import history
 
-    scene = directory.scene
+    scene = packing(directory)
     with Archive(directory / ARCHIVE) as archive:
         series = archive.series
     if not series:
@@ -94,3 +99,29 @@ def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
         tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
     )  # fmt: skip
     return paths
+
+
+def _heap(directory: RunDirectory, arguments: argparse.Namespace) -> int:
+    """Grains, centre-to-centre vectors, forces with the base profile, voidage and stress lines; a film of an avalanche."""
+    from workflow.report import heap  # matplotlib is slow to import
+
+    scene, out = directory.scene, arguments.out or directory.path
+    assert isinstance(scene, Heap)
+    if arguments.figure or len(arguments.source) > 1:
+        raise InputError(f"'{directory.path}' is a heap, whose figures are drawn together; give it alone, without --figure")
+    with Archive(directory / ARCHIVE) as archive:
+        frame, tracks = archive.frame(arguments.frame), archive.tracks
+    place, drawn = ground(scene), []
+    if not in_heap(frame, place).any():
+        raise InputError(f"frame {arguments.frame} of '{directory.path}' holds no heap; choose another with --frame")
+    out.mkdir(parents=True, exist_ok=True)
+    for name, draw in (("heap", heap.snapshot), ("vectors", heap.vectors), ("forces", heap.forces), ("maps", heap.maps)):
+        paths = [out / f"{name}.{kind}" for kind in arguments.format]
+        draw(frame, place, paths)
+        drawn += paths
+    slides = avalanches(tracks, place) if tracks is not None else []
+    if tracks is not None and slides:
+        heap.film(tracks, place, max(slides, key=lambda event: event.size), out / "avalanche.gif")
+        drawn.append(out / "avalanche.gif")
+    print("\n".join(str(path) for path in drawn))
+    return 0

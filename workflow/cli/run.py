@@ -15,6 +15,7 @@ from workflow.engine.environment import engine
 from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
 from workflow.errors import InputError
+from workflow.scene.heap import Heap
 
 EXAMPLES = """
 wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
@@ -52,7 +53,7 @@ def action(arguments: argparse.Namespace) -> int:
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
-    if scene.compression_time > scene.max_time:
+    if not isinstance(scene, Heap) and scene.compression_time > scene.max_time:
         print(f"the compression alone takes about {scene.compression_time:.0f} T0: raise --max-time", file=sys.stderr)
     left_out = scene.left_out()
     if left_out:
@@ -84,6 +85,8 @@ def show(directory: RunDirectory, *, as_json: bool) -> None:
 
 def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     """The measures for people."""
+    if measures.get("scene") == Heap.name:
+        return heap_summary(measures, directory)
     stress, residual, energy = measures["stress"], measures["energy_residual"], measures["kinetic_energy"]
     unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
     rumpf, state = measures["rumpf_ratio"], {True: "in", False: "NOT in", None: "not judged for"}[measures["equilibrated"]]
@@ -121,6 +124,41 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
+    return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
+
+
+def heap_summary(measures: dict[str, Any], directory: RunDirectory) -> str:
+    """The measures of a heap for people."""
+    angle, base, order = measures["angle_of_repose_deg"], measures["base_force_profile"], measures["defects"]
+    slides, energy = measures["avalanches"] or [], measures["energy_residual"]
+    rows = [
+        (
+            "grains",
+            f"{measures['poured']} poured, {measures['grains_in_heap']} in the heap, {measures['removed']} left",
+        ),
+        ("height, half width", f"{measures['height']:.2f}   {measures['half_width']:.2f}"),
+    ]
+    if angle["mean"] is not None:
+        text = (
+            f"{angle['mean']:.1f} +- {angle['uncertainty']:.1f} degrees  (left {angle['left']:.1f}, right {angle['right']:.1f})"
+        )
+        rows.append(("angle of repose", text))
+    if base["dip"] is not None:
+        rows.append(
+            ("base forces", f"sum/weight {base['sum_over_weight']:.6f}   centre below the maxima by {100 * base['dip']:.0f} %")
+        )
+    rows += [
+        ("avalanches", f"{len(slides)}, the largest of {max((s['size'] for s in slides), default=0)} grains"),
+        ("unbalanced [mg]", f"force {measures['unbalanced_force']:.2g}   largest overlap {-measures['closest_pair']:.3f}"),
+    ]
+    if measures["solid_fraction"] is not None:
+        text = f"{measures['solid_fraction']:.3f}   six neighbours {100 * order['sixfold']:.0f} % of inner ones"
+        rows.append(("solid fraction", text))
+    if energy:
+        rows.append(("energy residual", f"{100 * energy['relative']:.2f} % of the energy that went through"))
+    rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
+    state = "at rest" if measures["equilibrated"] else "NOT at rest"
+    head = f"{state} at t = {measures['time']:.2f} (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
 
 

@@ -16,6 +16,8 @@ from workflow.archive.read import Archive
 from workflow.engine.collect import ARCHIVE, collect, constants_of, measures_of
 from workflow.engine.rundir import FINISHED, RunDirectory
 from workflow.errors import ArchiveError, InputError
+from workflow.scene.heap import Heap
+from workflow.scene.presets import Packed
 
 OPTIONS = ("window", "spacing")  # of the command line that are fields of Constants
 
@@ -70,8 +72,16 @@ def frame_of(source: Path, arguments: argparse.Namespace) -> tuple[Frame, Consta
     directory = archived(RunDirectory.open(source))
     with Archive(directory / ARCHIVE) as archive:
         frame = archive.frame(arguments.frame)
-    law = directory.scene.law_of(frame.stage)
-    return frame, constants_of(directory.scene, law, **options_of(arguments))
+    scene = packing(directory)
+    return frame, constants_of(scene, scene.law_of(frame.stage), **options_of(arguments))
+
+
+def packing(directory: RunDirectory) -> Packed:
+    """The scene of a run that made a packing.  Raises InputError for a heap."""
+    scene = directory.scene
+    if isinstance(scene, Heap):
+        raise InputError(f"'{directory.path}' is a heap, no packing in a periodic cell; give 'wf plot' the heap alone")
+    return scene
 
 
 def measures_from(source: Path, arguments: argparse.Namespace, groups: Sequence[str] | None) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from workflow.archive.dumps import read_blocks
 from workflow.archive.write import replacing
 
+DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"
 # record flags at the head of a restart file
 _VERSION, _SMALLINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(6)
@@ -47,7 +48,7 @@ class Seals:
                 entry = {"step": step_of(path), "size": state[1], "sha256": _hash(path)}
                 if _state(path) != state:
                     continue  # the engine has begun to write the next one
-                for file in (path, *(self.folder / name for name in ("series.txt", "grains.dump", "contacts.dump"))):
+                for file in (path, *(self.folder / name for name in ("series.txt", *DUMPS))):
                     _sync(file)
                 with replacing(_seal(path)) as draft:
                     draft.write_text(json.dumps(entry) + "\n", encoding="ascii")
@@ -136,8 +137,9 @@ def step_of(path: Path) -> int | None:
 
 def cut_back(folder: Path, step: int) -> None:
     """Drop what series and dumps of ``folder`` hold beyond ``step``: the resumed run writes it again."""
-    _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
-    for name, kind in (("grains.dump", "ATOMS"), ("contacts.dump", "ENTRIES")):
+    _rewrite_series(folder, lambda line: line.endswith("
+") and int(line.split()[0]) <= step)
+    for name, kind in DUMPS.items():
         if (folder / name).is_file():
             _cut_dump(folder / name, kind, step)
 

@@ -12,16 +12,18 @@ from workflow.analysis.energy import energies
 from workflow.analysis.frame import Contacts, Frame
 from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
-from workflow.archive.dumps import read_frames
+from workflow.archive.dumps import read_frames, read_tracks
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
-from workflow.engine.rundir import RunDirectory
+from workflow.engine.heap import heap_measures
+from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
 from workflow.errors import ArchiveError
+from workflow.scene.heap import Heap
 from workflow.scene.parts import Law
-from workflow.scene.presets import Scene
+from workflow.scene.presets import Packed
 
-ARCHIVE, MEASURES = "run.h5", "measures.json"
+MEASURES = "measures.json"
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
@@ -31,15 +33,17 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     provenance = {
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
-        "hashes": {name: directory.hash(name) for name in (DECK, DATA)}, "ranks": state.get("ranks", 1),
+        "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
-        "relaxation": scene.relaxation,
     }  # fmt: skip
+    if not isinstance(scene, Heap):
+        provenance["relaxation"] = scene.relaxation
     _require_space(directory)
     frames = read_frames(
         directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
     )
-    write_archive(directory / ARCHIVE, frames, series, provenance)
+    tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
+    write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
     measures = measures_of(directory)
     directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
     return measures
@@ -67,6 +71,8 @@ def measures_of(
     """
     scene, series = directory.scene, directory.series() or {}
     result = directory.result()
+    if isinstance(scene, Heap):
+        return heap_measures(directory, scene, frame)
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
@@ -96,7 +102,7 @@ def measures_of(
     return numbers
 
 
-def constants_of(scene: Scene, law: Law, **options: Any) -> Constants:
+def constants_of(scene: Packed, law: Law, **options: Any) -> Constants:
     """What the groups of measures need to know of a scene and of the law of the stage."""
     springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
     return Constants(
@@ -109,7 +115,7 @@ def _energy(frame: Frame, law: Law) -> dict[str, float]:
     return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
 
 
-def _numerics(scene: Scene, series: dict[str, Any]) -> dict[str, Any]:
+def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
     """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach.
 
     Overlap and approach are those of the rows of the time series, the largest of each.

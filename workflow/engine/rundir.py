@@ -28,6 +28,7 @@ from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
+ARCHIVE, TRACKS = "run.h5", "tracks.dump"
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 
 
@@ -65,10 +66,13 @@ class RunDirectory:
         try:
             run.write_text(DATA, data_file(discs))
             run.write_text(DECK, deck)
+            for name, text in scene.files().items():
+                run.write_text(name, text)
             run.write_text("scene.toml", to_toml(scene))
             run.record(
                 status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
-                hashes={name: run.hash(name) for name in (DECK, DATA)}, command=shlex.join(["wf", *sys.argv[1:]]),
+                hashes={name: run.hash(name) for name in (DECK, DATA, *scene.files())},
+                command=shlex.join(["wf", *sys.argv[1:]]),
             )  # fmt: skip
         except BaseException:
             for file in path.iterdir():

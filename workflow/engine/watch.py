@@ -9,7 +9,8 @@ import numpy as np
 
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import WorkflowError
-from workflow.scene.presets import Scene
+from workflow.scene.heap import FLOOR, Heap
+from workflow.scene.presets import Packed, Scene
 
 PLAIN_INTERVAL = 10.0  # seconds between lines where output is not a terminal
 LINE_INTERVAL = 1.0
@@ -54,6 +55,8 @@ class Progress:
 def describe(series: dict[str, np.ndarray], scene: Scene, seconds: float | None) -> str:
     """One line: stage, time, solid fraction, pressure, unbalanced force, time left."""
     last = {name: float(values[-1]) for name, values in series.items()}
+    if isinstance(scene, Heap):
+        return describe_heap(last, scene, seconds)
     pressure = 0.5 * (last["stress_x"] + last["stress_y"])
     parts = 1.0 if not scene.cohesion else last.get("aggregates", 1.0)
     # how long the last aggregates take to meet cannot be read from forces
@@ -66,7 +69,17 @@ def describe(series: dict[str, np.ndarray], scene: Scene, seconds: float | None)
     )
 
 
-def time_left(series: dict[str, np.ndarray], scene: Scene, seconds: float) -> str | None:
+def describe_heap(last: dict[str, float], scene: Heap, seconds: float | None) -> str:
+    """One line: time, grains poured and gone, height; time left until the feed ends, at a cost that grows with the heap."""
+    done = last["poured"] / max(scene.grains, 1)
+    left = seconds * (1.0 / done**2 - 1.0) if seconds and done > 0.05 else 0.0
+    return (
+        f"pour     t {last['time']:8.2f}  grains {last['poured']:.0f} of {scene.grains}  gone {last['removed']:.0f}  "
+        f"top {last['top'] - FLOOR:6.2f}  unbalanced {last['net_force']:.1e}" + (f"  left ~{left:.0f} s" if left else "")
+    )
+
+
+def time_left(series: dict[str, np.ndarray], scene: Packed, seconds: float) -> str | None:
     """Wall time until the unbalanced force reaches its tolerance, if it goes on falling as it did over the last half of
     the run (a straight line through its logarithm); None while it does not fall."""
     time_, force = series["time"], series["net_force"]

@@ -123,6 +123,7 @@ class Energy:
     Lost since t = 0: ``viscous``, ``sliding``, ``rolling_friction``, and ``opening``, what tangential and rolling
     springs still hold when they are forgotten at opening (only with infinite mu or mu_r).
     ``cell_work`` done by the cell on the discs, -integral of sum over pairs F_a r_a (dL_a/dt)/L_a.
+    ``gravity`` -sum m g.x, stored too.
     """
 
     kinetic: Floats
@@ -135,11 +136,12 @@ class Energy:
     rolling_friction: Floats
     opening: Floats
     cell_work: Floats
+    gravity: Floats
 
     @property
     def stored(self) -> Floats:
-        """Kinetic, elastic and adhesive energy."""
-        return self.kinetic + self.normal + self.tangential + self.rolling + self.adhesive
+        """Kinetic, elastic, adhesive and gravitational energy."""
+        return self.kinetic + self.normal + self.tangential + self.rolling + self.adhesive + self.gravity
 
     @property
     def lost(self) -> Floats:

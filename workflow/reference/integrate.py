@@ -27,12 +27,14 @@ def integrate(
     *,
     t_eval: ArrayLike | None = None,
     cell: Cell | None = None,
+    gravity: tuple[float, float] = (0.0, 0.0),
     rtol: float = 1e-12,
 ) -> Trajectory:
     """Trajectory of ``discs`` under ``law`` from t = 0 to ``t_end``, in open space or in a periodic ``cell``.
 
     m dv/dt = sum of F, I dw/dt = sum of moments (G07 eqs. 1, 2), dx_a/dt = v_a + (dL_a/dt/L_a) x_a; relative velocities
-    at contacts include the affine term (dL_a/dt/L_a) r_a (G07 eq. A2).  ``t_eval`` (K,) increasing: times of the
+    at contacts include the affine term (dL_a/dt/L_a) r_a (G07 eq. A2).  ``gravity``: acceleration of discs of finite mass.
+    ``t_eval`` (K,) increasing: times of the
     record, default (0, t_end).  ``rtol``: relative tolerance of DOP853; the absolute one is rtol times natural scales.
     Raises InputError for unusable input, WorkflowError when the step size underflows or events pile up.
     """
@@ -41,7 +43,7 @@ def integrate(
         raise InputError(f"integrate: 'rtol' is {rtol!r}; it must be in [2.3e-14, 1); choose e.g. 1e-12")
     if cell is not None:
         cell.require(float(discs.diameter.max()) + law.reach, t_end)
-    return _Run(System(law, discs, cell), times, t_end, rtol).result()
+    return _Run(System(law, discs, cell, np.asarray(gravity, dtype=np.float64)), times, t_end, rtol).result()
 
 
 class _Run:
@@ -123,7 +125,8 @@ class Recorder:
         system, seen = self.system, piece.view(tau, y)
         response = system.law.response(system.reduced, seen.motion, seen.memory, piece.modes)
         stored = system.law.energies(seen.motion, seen.memory, piece.modes)
-        energy = np.array([_kinetic(system.discs, seen), *stored, *seen.accounts[:3], opening, seen.accounts[3]])
+        energy = np.array([_kinetic(system.discs, seen), *stored, *seen.accounts[:3], opening, seen.accounts[3],
+                           _height(system, piece.positions(y))])  # fmt: skip
         forces = (response.normal, response.tangential, response.moment)
         discs = (piece.positions(y), seen.velocity, seen.spin)
         return (*discs, seen.branch, seen.motion.gap, *seen.memory, *forces, energy)
@@ -134,6 +137,12 @@ class Recorder:
         state: dict[str, Any] = dict(zip(COLUMNS, columns[:-1], strict=True))
         energy, system = Energy(*columns[-1].T), self.system
         return Trajectory(time=self.times, pairs=system.pairs, energy=energy, events=tuple(events), start=system.discs, **state)
+
+
+def _height(system: System, position: Floats) -> float:
+    """Energy in the field of gravity, -sum m g.x over the discs of finite mass."""
+    free = system.discs.inverse_mass > 0.0
+    return -float((system.discs.mass[free] * (position @ system.gravity)[free]).sum())
 
 
 def _kinetic(discs: Discs, seen: View) -> float:

@@ -23,11 +23,13 @@ CONTACT, TAIL, APART = 0, 1, 2
 
 
 class Motion(NamedTuple):
-    """Relative motion of pairs: ``gap`` h (P,), ``receding`` v_n (P,), ``rate`` (2, P) = v_t and w_j - w_i."""
+    """Relative motion of pairs: ``gap`` h (P,), ``receding`` v_n (P,), ``rate`` (2, P) = v_t and w_j - w_i;
+    ``sideways`` (P,) = t.(v_j - v_i) of the centres alone."""
 
     gap: Floats
     receding: Floats
     rate: Floats
+    sideways: Floats
 
 
 class Response(NamedTuple):
@@ -57,6 +59,9 @@ class PairLaw(Protocol):
 
     def speed(self, mass: float) -> float:
         """Speed that the interaction itself gives to a grain of this mass (0 if there is none)."""
+
+    def lever(self, distance: Floats, touch: Floats) -> Floats:
+        """Lever arms of the tangential force in units of the radii, (P,), for pairs at ``distance``; ``touch`` R_i + R_j."""
 
     def start(self, motion: Motion, memory: Floats) -> tuple[Floats, Ints]:
         """Memory and modes of a state that is given from outside; InputError if the law forbids it."""
@@ -123,6 +128,10 @@ class CohesiveLaw:
         """max(sqrt(F0 D0/m), F0/sqrt(K_N m)): escape from the tail, swing about the equilibrium overlap."""
         return max(math.sqrt(self.f0 * self.d0 / mass), self.f0 / math.sqrt(self.kn * mass))
 
+    def lever(self, distance: Floats, touch: Floats) -> Floats:
+        """The radii themselves."""
+        return np.ones_like(distance)
+
     @cached_property
     def _stiffness(self) -> Floats:
         """K_T and K_r (2, 1), 0 for a spring whose limit is 0: it never stores anything."""
@@ -166,7 +175,7 @@ class CohesiveLaw:
 
     def response(self, reduced: Floats, motion: Motion, memory: Floats, modes: Ints) -> Response:
         """See the class; a slipping spring loses (limit force) * (rate of the displacement it cannot follow)."""
-        gap, receding, rate = motion
+        gap, receding, rate, _ = motion
         zone, slip = modes[0], modes[1:]
         touching = zone == CONTACT
         viscous = np.where(touching, self.zeta * np.sqrt(4.0 * self.kn * reduced) * receding, 0.0)
@@ -187,7 +196,7 @@ class CohesiveLaw:
 
         Springs: distance to the limit while sticking, rate of the inelastic displacement while slipping.
         """
-        gap, receding, rate = motion
+        gap, receding, rate, _ = motion
         zone, slip = modes[0], modes[1:]
         lower = np.array([-math.inf, 0.0, self.reach])[zone]
         upper = np.array([0.0, self.reach, math.inf])[zone]

@@ -21,6 +21,7 @@ class View(NamedTuple):
     normal: Floats
     motion: Motion
     memory: Floats
+    lever: Floats
     gradient: Floats
     velocity: Floats
     spin: Floats
@@ -50,8 +51,8 @@ class Scales(NamedTuple):
 class System:
     """Constants of a run: masses, pairs, incidence matrices and the natural scales."""
 
-    def __init__(self, law: PairLaw, discs: Discs, cell: Cell | None) -> None:
-        self.law, self.discs, self.cell = law, discs, cell
+    def __init__(self, law: PairLaw, discs: Discs, cell: Cell | None, gravity: Floats) -> None:
+        self.law, self.discs, self.cell, self.gravity = law, discs, cell, gravity
         self.count = len(discs.diameter)
         self.pairs = pair_list(self.count)
         i, j = self.pairs.T
@@ -59,6 +60,9 @@ class System:
         self.difference = np.zeros((len(rows), self.count))
         self.difference[rows, i], self.difference[rows, j] = -1.0, 1.0
         self.arms = np.abs(self.difference) * discs.diameter / 2.0
+        self.touch = self.arms.sum(axis=1)
+        free = discs.inverse_mass > 0.0
+        self.weight = np.where(free, 1.0, 0.0)[:, None] * gravity
         inverse = discs.inverse_mass[i] + discs.inverse_mass[j]
         # two fixed discs: any reduced mass does, 0 keeps their (irrelevant) damping finite
         self.reduced = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0.0)
@@ -73,13 +77,13 @@ class System:
         memory, piece.modes = self.law.start(seen.motion, given)
         return piece, np.concatenate((moving, memory.ravel(), np.zeros(4)))
 
-    def acceleration(self, response: Response, normal: Floats) -> tuple[Floats, Floats, Floats]:
+    def acceleration(self, response: Response, normal: Floats, lever: Floats) -> tuple[Floats, Floats, Floats]:
         """dv/dt (N, 2), dw/dt (N,) and the pair forces F of i on j (P, 2)."""
         tangent = np.column_stack((-normal[:, 1], normal[:, 0]))
         force = response.normal[:, None] * normal + response.tangential[:, None] * tangent
-        torque = -self.arms.T @ response.tangential + self.difference.T @ response.moment
+        torque = -self.arms.T @ (lever * response.tangential) + self.difference.T @ response.moment
         pushed = self.difference.T @ force
-        return pushed * self.discs.inverse_mass[:, None], torque * self.discs.inverse_inertia, force
+        return pushed * self.discs.inverse_mass[:, None] + self.weight, torque * self.discs.inverse_inertia, force
 
     def scales(self, seen: View) -> Scales:
         """Natural scales at an instant."""
@@ -108,7 +112,7 @@ class Piece:
             self.images = np.round(branch / self.lengths)
             branch = branch - self.images * self.lengths
         self.branch, self.distance = branch, np.hypot(*branch.T)
-        self.gap = self.distance - system.arms.sum(axis=1) if gap is None else gap
+        self.gap = self.distance - system.touch if gap is None else gap
 
     def view(self, tau: float, y: Floats) -> View:
         """Everything the law needs to know at local time ``tau``."""
@@ -126,10 +130,12 @@ class Piece:
         normal = branch / distance[:, None]
         relative = system.difference @ velocity + gradient * branch
         receding = (normal * relative).sum(axis=1)
-        sideways = normal[:, 0] * relative[:, 1] - normal[:, 1] * relative[:, 0] - system.arms @ spin
-        motion = Motion(gap, receding, np.stack((sideways, system.difference @ spin)))
+        sideways = normal[:, 0] * relative[:, 1] - normal[:, 1] * relative[:, 0]
+        lever = system.law.lever(distance, system.touch)
+        surface = sideways - lever * (system.arms @ spin)
+        motion = Motion(gap, receding, np.stack((surface, system.difference @ spin)), sideways)
         held = system.law.held(motion, memory, self.modes)
-        return View(branch, normal, motion, held, gradient, velocity, spin, y[-4:])
+        return View(branch, normal, motion, held, lever, gradient, velocity, spin, y[-4:])
 
     def positions(self, y: Floats) -> Floats:
         """Centres (N, 2), not wrapped."""
@@ -139,7 +145,7 @@ class Piece:
         """dy/dt; y = displacements, velocities, spins, memory, heat (3), work of the cell (1)."""
         seen = self.view(tau, y)
         response = self.system.law.response(self.system.reduced, seen.motion, seen.memory, self.modes)
-        push, turn, force = self.system.acceleration(response, seen.normal)
+        push, turn, force = self.system.acceleration(response, seen.normal, seen.lever)
         affine = seen.gradient * self.positions(y)
         work = -float((force * seen.branch * seen.gradient).sum())
         drift = (seen.velocity + affine).ravel()

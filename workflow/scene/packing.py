@@ -164,6 +164,10 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         check = self.check_interval
         return check * min(math.ceil(time / (check * self.step_choice.step)), MOST_STEPS // check)
 
+    def files(self) -> dict[str, str]:
+        """What the deck reads beside its data file: nothing."""
+        return {}
+
     def variables(self) -> dict[str, Any]:
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every

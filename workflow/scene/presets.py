@@ -10,12 +10,14 @@ from typing import Any
 import tomli_w
 
 from workflow.errors import InputError
+from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.quantity import unknown_name
 
-Scene = Method1 | Method2
-SCENES: dict[str, type[Scene]] = {Method1.name: Method1, Method2.name: Method2}
+Packed = Method1 | Method2  # the scenes that assemble a packing
+Scene = Method1 | Method2 | Heap
+SCENES: dict[str, type[Scene]] = {Method1.name: Method1, Method2.name: Method2, Heap.name: Heap}
 
 
 def scene_from(values: Mapping[str, Any]) -> Scene:

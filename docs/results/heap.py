@@ -1,0 +1,136 @@
+"""Heaps against B97 (Baxter, Tuzun, Burnell, Heyes, PRE 55, 3546 (1997)), claim by claim.
+
+    python docs/results/heap.py RUNS [CASE ...]      runs what is missing in the folder RUNS, writes the two tables beside
+                                                     this file from whatever runs are there
+
+heap.csv: one row per heap.  heap_profile.csv: base force profile of every case, mean and standard error over its heaps.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from workflow.analysis.heap import dip, mean_profile
+from workflow.errors import InputError
+
+N = ["--grains", "500"]
+CASES: dict[str, tuple[list[str], int]] = {
+    "n 36": (N, 10),
+    "Hooke 500": ([*N, "--hooke", "500"], 10),
+    "n 144 short tail": ([*N, "--index", "144", "--cutoff", "1.047"], 10),
+    "n 144 long tail": ([*N, "--index", "144"], 10),
+    "polydisperse 5 %": ([*N, "--polydispersity", "0.05"], 10),
+    "polydisperse 10 %": ([*N, "--polydispersity", "0.1"], 10),
+    "mu 0.2": ([*N, "--mu", "0.2"], 10),
+    "mu 0.6": ([*N, "--mu", "0.6"], 10),
+    "printed damping": ([*N, "--printed-damping"], 10),
+    "printed rotation": ([*N, "--printed-rotation"], 10),
+    "spacing 1.0": ([*N, "--spacing", "1.0"], 10),
+    "spacing 1.4": ([*N, "--spacing", "1.4"], 10),
+    "flat floor": (["--grains", "200", "--base", "flat"], 1),
+    "pyramid": ([*N, "--start", "pyramid", "--spacing", "1.0"], 1),
+    "1334 grains": ([], 10),
+}
+
+
+def folder(case: str, seed: int, runs: Path) -> Path:
+    """Where a run lives."""
+    return runs / f"{case}-{seed}".replace(" ", "_").replace("%", "pc")
+
+
+def make(case: str, seed: int, runs: Path) -> None:
+    """The run, if it is not there yet."""
+    out = folder(case, seed, runs)
+    if not (out / "measures.json").is_file():
+        command = ["wf", "run", "heap", *CASES[case][0], "--frame-interval", "0", "--seed", str(seed), "--out", str(out)]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
+def row(case: str, seed: int, out: Path) -> dict[str, object]:
+    """The numbers of one heap."""
+    m, state = (json.loads((out / name).read_text()) for name in ("measures.json", "run.json"))
+    slides = m["avalanches"] or []
+    return {
+        "case": case,
+        "options": " ".join(CASES[case][0]),
+        "seed": seed,
+        **{f"angle_{side}": m["angle_of_repose_deg"][side] for side in ("left", "right", "mean", "uncertainty")},
+        **{name: m[name] for name in ("height", "half_width", "solid_fraction", "grains_in_heap", "removed", "equilibrated")},
+        **m["defects"],
+        "sum_over_weight": m["base_force_profile"]["sum_over_weight"],
+        "closest_pair": m["closest_pair"],
+        "avalanches": len(slides),
+        "avalanche_mean_size": statistics.mean(s["size"] for s in slides) if slides else 0,
+        "avalanche_mean_depth": statistics.mean(s["depth"] for s in slides) if slides else None,
+        "energy_residual": (m["energy_residual"] or {}).get("relative"),
+        "time": m["time"],
+        "seconds": round(state["seconds"], 1),
+        "digest": state["digest"][:12],
+        "workflow": state["versions"]["workflow"],
+        "lammps": state["versions"]["lammps"],
+    }
+
+
+def profile(case: str, outs: list[Path]) -> list[dict[str, object]]:
+    """Mean base force profile of the heaps of a case."""
+    heaps = [json.loads((out / "measures.json").read_text())["base_force_profile"] for out in outs]
+    mean = mean_profile([(np.array(heap["x"]), np.array(heap["force"])) for heap in heaps])
+    columns = zip(mean.x.tolist(), mean.force.tolist(), mean.error.tolist(), strict=True)
+    return [{"case": case, "x": round(x, 3), "force": round(f, 4), "error": round(e, 4)} for x, f, e in columns if f > 0]
+
+
+def write(name: str, rows: list[dict[str, object]]) -> None:
+    """A table beside this file, whole or not at all."""
+    draft = Path(__file__).with_name(f"{name}.part")
+    with open(draft, "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    os.replace(draft, Path(__file__).with_name(name))
+
+
+def tables(runs: Path) -> None:
+    """Both tables from the runs that are there, and a line per case."""
+    rows, profiles = [], []
+    for case, (_, seeds) in CASES.items():
+        there = [seed for seed in range(1, seeds + 1) if (folder(case, seed, runs) / "measures.json").is_file()]
+        if not there:
+            continue
+        of = [row(case, seed, folder(case, seed, runs)) for seed in there]
+        rows += of
+        part = profile(case, [folder(case, seed, runs) for seed in there])
+        profiles += part
+        angles = [float(str(r["angle_mean"])) for r in of if r["angle_mean"] is not None]
+        x, force = (np.array([p[key] for p in part], dtype=float) for key in ("x", "force"))
+        half = statistics.mean(float(str(r["half_width"])) for r in of)
+        spread = statistics.stdev(angles) if len(angles) > 1 else float("nan")
+        mean = statistics.mean(angles) if angles else float("nan")
+        below = 100.0 * dip(x, force, half)
+        print(f"{case:20s} heaps {len(of):2d}  angle {mean:5.1f} +- {spread:4.1f}  centre below maxima {below:5.1f} %")
+    if rows:
+        write("heap.csv", rows)
+        write("heap_profile.csv", profiles)
+
+
+def main(runs: Path, chosen: list[str]) -> None:
+    """Round by round, so that every case has a heap before one has ten."""
+    for name in chosen:
+        if name not in CASES:
+            raise InputError(f"unknown case '{name}'; known are: {', '.join(CASES)}")
+    for seed in range(1, 11):
+        for case in chosen:
+            if seed <= CASES[case][1]:
+                make(case, seed, runs)
+    tables(runs)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
+#include "pair_disc_continuous.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "update.h"
+#include "utils.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using disc::ContinuousLaw;
+
+namespace
+{
+
+struct Keyword {
+  const char *name;
+  double ContinuousLaw::*value;
+};
+
+constexpr Keyword KEYWORDS[] = {{"force", &ContinuousLaw::force},
+                                {"index", &ContinuousLaw::index},
+                                {"cutoff", &ContinuousLaw::cutoff},
+                                {"hooke", &ContinuousLaw::hooke},
+                                {"mu", &ContinuousLaw::mu},
+                                {"alpha", &ContinuousLaw::alpha},
+                                {"damping", &ContinuousLaw::damping},
+                                {"printed_rotation", &ContinuousLaw::printed_rotation},
+                                {"printed_damping", &ContinuousLaw::printed_damping}};
+
+}    // namespace
+
+/* ---- coefficients ---- */
+
+void PairDiscContinuous::settings(int narg, char **arg)
+{
+  account = true;
+  if (narg == 0) return;
+  if (narg != 2 || strcmp(arg[0], "account") != 0)
+    error->all(FLERR, "pair_style disc/continuous: '{}' is not known; known is: account yes|no", arg[0]);
+  account = utils::logical(FLERR, arg[1], false, lmp);
+}
+
+void PairDiscContinuous::coeff(int narg, char **arg)
+{
+  if (narg < 2 || strcmp(arg[0], "*") != 0 || strcmp(arg[1], "*") != 0)
+    error->all(FLERR, "pair_coeff of disc/continuous must start with '* *': one material for all grains");
+  law = ContinuousLaw();
+  for (int k = 2; k < narg; k += 2) {
+    double ContinuousLaw::*value = nullptr;
+    for (const Keyword &keyword : KEYWORDS)
+      if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
+    if (!value)
+      error->all(FLERR,
+                 "pair_coeff of disc/continuous: unknown keyword '{}'; known are: force index cutoff hooke mu alpha "
+                 "damping printed_rotation printed_damping",
+                 arg[k]);
+    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of disc/continuous: keyword '{}' needs a value", arg[k]);
+    law.*value = utils::numeric(FLERR, arg[k + 1], false, lmp);
+  }
+  check();
+  allocate();
+}
+
+void PairDiscContinuous::check() const
+{
+  const struct {
+    bool wrong;
+    const char *name, *allowed;
+    double value;
+  } rules[] = {{!(law.force > 0.0), "force", "positive", law.force},
+               {!(law.index > 0.0), "index", "positive", law.index},
+               {!(law.cutoff >= 1.0), "cutoff", "at least 1 (r0 in units of sigma)", law.cutoff},
+               {!(law.hooke >= 0.0), "hooke", "positive, or 0 for the continuous law", law.hooke},
+               {!(law.mu >= 0.0), "mu", "0 or positive", law.mu},
+               {law.friction() && !(law.alpha > 0.0), "alpha", "positive with friction", law.alpha},
+               {!(law.damping >= 0.0), "damping", "0 or positive", law.damping}};
+  for (const auto &rule : rules)
+    if (rule.wrong)
+      error->all(FLERR, "pair_coeff of disc/continuous: {} = {} must be {}", rule.name, rule.value, rule.allowed);
+  for (const double flag : {law.printed_rotation, law.printed_damping})
+    if (flag != 0.0 && flag != 1.0)
+      error->all(FLERR, "pair_coeff of disc/continuous: printed_rotation and printed_damping must be 0 or 1, not {}",
+                 flag);
+}
+
+void PairDiscContinuous::allocate()
+{
+  const int n = atom->ntypes + 1;
+  if (!allocated) {
+    memory->create(setflag, n, n, "pair:setflag");
+    memory->create(cutsq, n, n, "pair:cutsq");
+  }
+  allocated = 1;
+  for (int i = 1; i < n; i++)
+    for (int j = i; j < n; j++)
+      setflag[i][j] = 1;
+}
+
+void PairDiscContinuous::init_style()
+{
+  largest = largest_diameter();
+  PairDisc::init_style();
+  if (!allocated) error->all(FLERR, "pair_style disc/continuous has no coefficients: use 'pair_coeff * * index ...'");
+}
+
+double PairDiscContinuous::largest_diameter() const
+{
+  double found = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    found = std::max(found, 2.0 * atom->radius[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_DOUBLE, MPI_MAX, world);
+  return found;
+}
+
+double PairDiscContinuous::init_one(int, int) { return law.reach() * largest; }
+
+void PairDiscContinuous::write_restart(FILE *fp)
+{
+  fwrite(&law, sizeof(law), 1, fp);
+  fwrite(&account, sizeof(account), 1, fp);
+}
+
+void PairDiscContinuous::read_restart(FILE *fp)
+{
+  if (comm->me == 0) {
+    utils::sfread(FLERR, &law, sizeof(law), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
+  }
+  MPI_Bcast(&law, sizeof(law), MPI_BYTE, 0, world);
+  MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
+  allocate();
+}
+
+/* ---- the loop ---- */
+
+template <bool... CHOSEN> PairDiscContinuous::Kernel PairDiscContinuous::choose(const bool *flags) const
+{
+  if constexpr (sizeof...(CHOSEN) == FLAGS)
+    return &PairDiscContinuous::kernel<CHOSEN...>;
+  else
+    return flags[sizeof...(CHOSEN)] ? choose<CHOSEN..., true>(flags) : choose<CHOSEN..., false>(flags);
+}
+
+disc::Sums PairDiscContinuous::sweep(bool stress)
+{
+  const bool flags[FLAGS] = {law.spring(), law.friction(), stress, account, force->newton_pair == 0};
+  return (this->*choose<>(flags))();
+}
+
+template <bool SPRING, bool FRICTION, bool STRESS, bool ACCOUNT, bool HALVES> disc::Sums PairDiscContinuous::kernel()
+{
+  const disc::Continuous<SPRING, FRICTION> continuous{law};
+  return disc::sweep<decltype(continuous), STRESS, ACCOUNT, HALVES>(
+      continuous, history->motion, history->grains.data(), atom->nlocal, history->close, history->actions.data());
+}
+
+void PairDiscContinuous::compute(int eflag, int vflag)
+{
+  PairDisc::compute(eflag, vflag);
+  if (eflag_global) pvector[5] -= pvector[1];    // what T_e took and the displacements do not hold
+}
+
+/* ---- one pair, for output ---- */
+
+/* sqrt(m) of the damping C = sqrt(m k), m = 2 m*: the mass of each of two equal grains */
+double PairDiscContinuous::viscosity(int i, int j) const
+{
+  const double mi = atom->rmass[i], mj = atom->rmass[j];
+  return std::sqrt(2.0 * mi * mj / (mi + mj));
+}
+
+PairDisc::Interaction PairDiscContinuous::interaction(int c) const
+{
+  Interaction now = geometry(c);
+  const double touch = now.distance - now.gap, depth = law.reach() * touch - now.distance;
+  if (depth <= 0.0) return now;
+  now.state = CONTACT;
+  now.elastic = law.elastic(now.distance, touch);
+  now.viscous = history->close.viscous[c];
+  if (!law.friction()) return now;
+  now.stretch = history->close.stretch[c];
+  const double largest = law.alpha * law.mu * depth;
+  const double rest = std::max(0.0, 1.0 - std::fabs(now.stretch) / largest);
+  now.tangential =
+      history->close.rotation[c] - std::copysign(law.mu * now.elastic * (1.0 - rest * std::sqrt(rest)), now.stretch);
+  now.sliding = rest < 1.0e-12;    // d stops at its limit to within rounding
+  return now;
+}
+
+PairDisc::Energy PairDiscContinuous::energy(const Interaction &now) const
+{
+  Energy e;
+  if (now.state == APART) return e;
+  const double touch = now.distance - now.gap;
+  e.elastic = law.potential(now.distance, touch);
+  if (law.friction())
+    e.tangential = law.tangential_energy(now.elastic, law.reach() * touch - now.distance, now.stretch);
+  return e;
+}

@@ -1,0 +1,294 @@
+"""Heaps of B97 (Baxter, Tuzun, Burnell, Heyes, PRE 55, 3546 (1997)): grains poured on a row of fixed discs.
+
+Units: largest diameter sigma, mass m of such a disc, gravity g; time sqrt(sigma/g), force m g.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from workflow.errors import InputError
+from workflow.scene.grains import Discs
+from workflow.scene.parts import Step
+from workflow.scene.quantity import Parameters, quantity
+
+FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
+MARGIN = 12.0  # free width beyond each end of the base
+HEADROOM = 6.0  # above the height of the drop
+FASTEST_APPROACH = 2.0  # times the impact speed: of two grains within reach of the feed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heap(Parameters):
+    """Scene `heap`; every parameter is a field, every derived number a property."""
+
+    name = "heap"
+    title = "two-dimensional heap poured from a height (B97)"
+    stages = {1: "pour"}  # noqa: RUF012
+
+    grains: int = quantity(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
+    index: float = quantity(
+        36.0, float, "index n of the force (sigma/r)^(n+1)", symbol="n", low=4.0, high=1000.0, source="B97 sec. II"
+    )
+    cutoff: float = quantity(
+        1.2, float, "range r0 of the force", symbol="r0", unit="sigma", low=1.0, high=2.0, source="B97: 1.047 for n = 144"
+    )
+    hooke: float = quantity(
+        0.0, float, "stiffness k of Hooke's law in place of the continuous one, 0: none", symbol="k", unit="mg/sigma",
+        low=0.0, high=1e8, source="B97 eq. 14: 500",
+    )  # fmt: skip
+    mu: float = quantity(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6")
+    alpha: float = quantity(1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97")
+    damping: float = quantity(0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8")
+    printed_rotation: bool = quantity(
+        False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13"
+    )
+    printed_damping: bool = quantity(
+        False, bool, "tangential damping of the centres' motion alone, as eq. 4 is printed", source="B97 eq. 4"
+    )
+    polydispersity: float = quantity(
+        0.0,
+        float,
+        "delta: diameters uniform in [1 - delta, 1]",
+        unit="sigma",
+        low=0.0,
+        high=0.5,
+        source="B97: 0, 0.05, 0.1",
+    )
+    base: str = quantity("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
+    spacing: float = quantity(1.1, float, "spacing of the base discs", symbol="S", unit="sigma", low=0.5, high=3.0)
+    base_half_width: float | None = quantity(
+        None, float, "half the width of the base, default 1.6 sqrt(N) + 5", unit="sigma", above=1.0, high=1e5, automatic=True
+    )
+    start: str = quantity("pour", str, "pour, or a pyramid on the lattice of the base", choices=("pour", "pyramid"))
+    feed_rate: float = quantity(0.62, float, "grains per time unit", above=0.0, high=10.0, source="B97 fig. 2")
+    feed_half_width: float = quantity(3.0, float, "grains start this near the middle", unit="sigma", low=0.0, high=1e3)
+    drop_height: float = quantity(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4)
+    seed: int = quantity(1, int, "seed of places and sizes", low=0, high=2**63 - 1)
+    force_tolerance: float = quantity(1e-4, float, "largest net force and moment at rest", unit="mg", above=0.0, high=1.0)
+    energy_tolerance: float = quantity(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
+    hold: float = quantity(2.0, float, "time that rest must last", unit="T0", low=0.0, high=1e6)
+    max_time: float | None = quantity(
+        None,
+        float,
+        "longest time, default that of the feed and 500 more",
+        unit="T0",
+        above=0.0,
+        high=1e9,
+        automatic=True,
+    )
+    step: float | None = quantity(
+        None, float, "time step, default from the hardest impact", unit="T0", low=1e-9, high=1.0, automatic=True
+    )
+    steps_per_period: float = quantity(20.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    skin: float | None = quantity(
+        None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True
+    )
+    account: bool = quantity(True, bool, "energy account (what viscosity and sliding dissipate)")
+    frame_interval: float = quantity(50.0, float, "time between frames, 0: first and last only", unit="T0", low=0.0, high=1e9)
+    track_interval: float = quantity(2.0, float, "time between records of all positions", unit="T0", above=0.0, high=1e9)
+    series_interval: float = quantity(1.0, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
+    checkpoint_interval: float = quantity(100.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        apart = 0.5 / self.feed_rate**2
+        if self.start == "pour" and apart < self.reach:
+            raise InputError(
+                f"feed_rate = {self.feed_rate:g} is not allowed: a grain has fallen {apart:.2f} sigma when the next starts, "
+                f"less than the range r0 = {self.reach:g} of the force; use at most {math.sqrt(0.5 / self.reach):.3g}"
+            )
+        if self.feed_half_width > self.half_width:
+            raise InputError(
+                f"feed_half_width = {self.feed_half_width:g} is not allowed: the base ends at {self.half_width:g}; "
+                "narrow the feed or widen --base-half-width"
+            )
+        if self.neighbour_skin <= self.reach - 1.0:
+            raise InputError(
+                f"skin = {self.skin:g} is not allowed: it must exceed r0 - sigma = {self.reach - 1.0:g}, or pairs would be "
+                "missed; leave it out"
+            )
+        choice = self.step_choice
+        if choice.step > choice.limit:
+            raise InputError(
+                f"step = {choice.step:g} is not allowed: the stiffest period is {choice.period:.3g}; use at most "
+                f"{0.2 * choice.period:.2g}, or leave it out"
+            )
+
+    @property
+    def n(self) -> int:
+        """Number of grains."""
+        return self.grains
+
+    @property
+    def reach(self) -> float:
+        """r0/sigma."""
+        return 1.0 if self.hooke else self.cutoff
+
+    @property
+    def half_width(self) -> float:
+        """Half the width of the base."""
+        return self.base_half_width if self.base_half_width is not None else 1.6 * math.sqrt(self.grains) + 5.0
+
+    @property
+    def middle(self) -> float:
+        """x of the middle of the base in the box."""
+        return self.half_width + MARGIN
+
+    @property
+    def neighbour_skin(self) -> float:
+        """Skin of the neighbour list [sigma]."""
+        return self.skin if self.skin is not None else self.reach - 1.0 + 0.3
+
+    @property
+    def impact_speed(self) -> float:
+        """Of a grain that falls on the base."""
+        return math.sqrt(2.0 * self.drop_height)
+
+    def elastic(self, distance: float) -> float:
+        """F_N(r) of two largest grains."""
+        return self.hooke * (1.0 - distance) if self.hooke else distance ** -(self.index + 1.0)
+
+    def stiffness(self, distance: float) -> float:
+        """k(r) = -dF_N/dr."""
+        return self.hooke or (self.index + 1.0) * distance ** -(self.index + 2.0)
+
+    @cached_property
+    def closest(self) -> float:
+        """Smallest distance in the hardest impact: a grain at impact speed hits one that cannot give way."""
+
+        def motion(_: float, state: np.ndarray) -> list[float]:
+            r, v = state
+            return [v, self.elastic(r) - 2.0 * self.damping * math.sqrt(self.stiffness(r)) * v]
+
+        def turned(_: float, state: np.ndarray) -> float:
+            return float(state[1])
+
+        turned.terminal, turned.direction = True, 1.0  # type: ignore[attr-defined]
+        speed = self.impact_speed if self.start == "pour" else math.sqrt(2.0)
+        found = solve_ivp(
+            motion, (0.0, 10.0), [self.reach, -speed], events=turned, rtol=1e-8, atol=1e-10, max_step=0.01 / speed
+        )
+        return float(found.y[0].min())
+
+    def tangential_stiffness(self, distance: float) -> float:
+        """k_T(r) of a displacement d = 0 (eq. 7): 1.5 F_N/(alpha (r0 - r)), 0 without friction."""
+        return 1.5 * self.elastic(distance) / (self.alpha * (self.reach - distance)) if self.mu else 0.0
+
+    @cached_property
+    def step_choice(self) -> Step:
+        """The time step with its reason: the stiffest of the hardest impact (a pair: 2 k; its sliding: 6 k_T), and of a grain
+        between six neighbours that carry the heap (3 (k + k_T), or the rate 12 C_T at which they stop its rotation)."""
+        r = self.closest
+        impact = max(2.0 * self.stiffness(r), 6.0 * self.tangential_stiffness(r))
+        load = 1.5 * (math.sqrt(self.grains) + 1.0)
+        r = max(1.0 - load / self.hooke, 0.1) if self.hooke else load ** (-1.0 / (self.index + 1.0))
+        along = self.tangential_stiffness(r)
+        pressed = max(3.0 * (self.stiffness(r) + along), (24.0 * self.damping) ** 2 * along)
+        period = 2.0 * math.pi / math.sqrt(max(impact, pressed))
+        limit = 0.25 * period
+        what = (
+            f"an impact at {self.impact_speed:.3g} (closest distance {self.closest:.3f})"
+            if impact > pressed
+            else "a loaded grain"
+        )
+        if self.step is not None:
+            return Step(
+                self.step, period, limit, f"given; {period / self.step:.1f} steps per stiffest period {period:.3g}, of {what}"
+            )
+        reason = f"stiffest period {period:.3g}, of {what}, / {self.steps_per_period:g}"
+        return Step(period / self.steps_per_period, period, limit, reason)
+
+    @property
+    def longest_time(self) -> float:
+        """Time at which the run ends in any case."""
+        fed = self.grains / self.feed_rate + self.impact_speed if self.start == "pour" else 0.0
+        return self.max_time if self.max_time is not None else fed + 500.0
+
+    @property
+    def digest(self) -> str:
+        """Hash of the resolved scene, the run's identity."""
+        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def random(self, stage: str) -> np.random.Generator:
+        """The random stream of a stage: its seed hashes what the stage depends on."""
+        words = hashlib.sha256(f"{self.name}/{stage}/{self.seed}".encode()).digest()
+        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
+
+    def base_discs(self) -> np.ndarray:
+        """Centres of the fixed discs, (B, 2), symmetric about the middle; a flat floor has one, out of reach, for its size."""
+        if self.base == "flat":
+            return np.array([[0.5, 0.5]])
+        each_side = int(self.half_width / self.spacing)
+        x = self.middle + self.spacing * np.arange(-each_side, each_side + 1)
+        return np.column_stack((x, np.full(len(x), FLOOR)))
+
+    def pyramid(self) -> np.ndarray:
+        """Centres of a pyramid whose rows rest in the hollows of the row below, (N', 2), N' <= grains."""
+        rows = int((math.sqrt(8.0 * self.grains + 1.0) - 1.0) / 2.0)
+        rise = math.sqrt(max(1.0 - 0.25 * self.spacing**2, 0.1))
+        places = []
+        for k in range(rows):
+            width = rows - k
+            # the base has a disc in the middle: the first row lies half a spacing beside one
+            x = self.middle + self.spacing * (np.arange(width) - 0.5 * (width - 1) + 0.5 * (rows % 2))
+            places.append(np.column_stack((x, np.full(width, FLOOR + rise * (k + 1)))))
+        return np.concatenate(places)
+
+    def sizes(self, count: int) -> np.ndarray:
+        """Diameters, (count,): uniform in [1 - delta, 1]."""
+        return 1.0 - self.polydispersity * self.random("sizes").uniform(0.0, 1.0, count)
+
+    def discs(self) -> Discs:
+        """The base, then the pyramid if there is one."""
+        base = self.base_discs()
+        cell = np.array([2.0 * self.middle, FLOOR + self.drop_height + HEADROOM])
+        if self.start == "pour":
+            return Discs(np.ones(len(base)), base, cell)
+        placed = self.pyramid()
+        return Discs(np.concatenate((np.ones(len(base)), self.sizes(len(placed)))), np.concatenate((base, placed)), cell)
+
+    def files(self) -> dict[str, str]:
+        """The feed: tag, time of release, x, diameter of every grain that is poured."""
+        count = self.grains if self.start == "pour" else 0
+        x = self.middle + self.random("places").uniform(-self.feed_half_width, self.feed_half_width, count)
+        first = len(self.base_discs()) + 1
+        rows = zip(range(count), x.tolist(), self.sizes(count).tolist(), strict=True)
+        return {"feed.txt": "".join(f"{first + k} {k / self.feed_rate!r} {place!r} {size!r}\n" for k, place, size in rows)}
+
+    def variables(self) -> dict[str, str | int | float]:
+        """Values of the variables of the deck heap.in."""
+        step = self.step_choice.step
+        # a look for falling grains every so many steps; in between no pair closes in by more than `ahead`
+        look, ahead = max(1, round(0.05 / step)), 0.05 * FASTEST_APPROACH * self.impact_speed + 0.5
+        check = 5 * look
+
+        def every(time: float) -> int:
+            """Steps in ``time``, a multiple of the interval between checks."""
+            return check * max(1, math.ceil(time / (check * step)))
+
+        return {
+            "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
+            "damping": self.damping, "printed_rotation": int(self.printed_rotation),
+            "printed_damping": int(self.printed_damping), "base": len(self.base_discs()), "floor": self.base,
+            "floor_y": FLOOR, "middle": self.middle, "half_width": self.half_width, "feed": "feed.txt",
+            "height": FLOOR + self.drop_height, "ahead": ahead,
+            "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance, "hold": self.hold,
+            "step": step, "skin": self.neighbour_skin, "account": "yes" if self.account else "no",
+            "max_steps": every(self.longest_time), "look_every": look, "check_every": check,
+            "series_every": every(self.series_interval),
+            "frame_every": every(self.frame_interval) if self.frame_interval else 0,
+            "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),
+        }  # fmt: skip
+
+    def left_out(self) -> list[str]:
+        """What this scene does not use and therefore does not pay for."""
+        return [what for what, out in {"friction": self.mu == 0, "energy account": not self.account}.items() if out]

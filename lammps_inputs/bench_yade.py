@@ -9,9 +9,10 @@ Prints a line in LAMMPS's words, "Loop time of ...".
 import math
 import sys
 import time
+from pathlib import Path
 
 data, kn, zeta, mu, step, warm, steps = sys.argv[1], *map(float, sys.argv[2:6]), *map(int, sys.argv[6:8])
-lines = open(data).read().split("\n")
+lines = Path(data).read_text().split("\n")
 count = int(next(line for line in lines if line.endswith("atoms")).split()[0])
 width, height = (float(next(line for line in lines if line.endswith(end)).split()[1]) for end in ("xhi", "yhi"))
 first = next(k for k, line in enumerate(lines) if line.startswith("Atoms")) + 2
@@ -21,7 +22,7 @@ dashpot = 2.0 * zeta * math.sqrt(kn * 0.28)  # at the mean reduced mass
 O.materials.append(ViscElMat(kn=kn, ks=kn, cn=dashpot, cs=0.0, frictionAngle=math.atan(mu), density=1))
 O.periodic = True
 O.cell.setBox(width, height, 3.0)
-for atom, motion in zip(lines[first : first + count], lines[moving : moving + count]):
+for atom, motion in zip(lines[first : first + count], lines[moving : moving + count], strict=True):
     d, x, y = (float(atom.split()[k]) for k in (2, 4, 5))
     u, v = map(float, motion.split()[1:3])
     body = utils.sphere((x, y, 1.5), d / 2)

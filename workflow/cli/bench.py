@@ -28,6 +28,7 @@ wf bench --state dense --engines exact,granular --json
 wf bench --engines exact --switches               what the switches of a scene save
 wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
+TITLES = f"{'ns per grain and step':26s}  median    least ..   most  /hooke  /exact   pair  neigh   comm modify  other"
 Item = TypeVar("Item")
 
 
@@ -88,7 +89,7 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
     with Archive(directory / ARCHIVE) as archive:
         discs = of_frame(archive.frame(-1))
     law = directory.scene.law_in_units
-    common = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": directory.scene.step_choice.step}
+    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": directory.scene.step_choice.step}
     return [(directory.path.name, lambda folder: discs)], common
 
 
@@ -117,15 +118,14 @@ def _one_of(names: Sequence[str]) -> Callable[[str, str], str]:
 
 def table(timings: Sequence[Timing]) -> str:
     """The timings in words, one block per state."""
-    lines = []
+    lines: list[str] = []
     for timing in timings:
-        head = f"{timing.state}, {timing.n} grains, {timing.ranks} rank{'s' * (timing.ranks > 1)}, {timing.rounds} rounds of {timing.steps} steps"
+        head = (
+            f"{timing.state}, {timing.n} grains, {timing.ranks} rank{'s' * (timing.ranks > 1)}, "
+            f"{timing.rounds} rounds of {timing.steps} steps"
+        )
         if head not in lines:
-            lines += [
-                "",
-                head,
-                f"{'ns per grain and step':26s}  median    least ..  most  /hooke  /exact   pair  neigh   comm modify  other",
-            ]
+            lines += ["", head, TITLES]
         parts = " ".join(_shown(part, 6, 1) for part in (timing.pair, timing.neigh, timing.comm, timing.modify, timing.other))
         lines.append(
             f"{timing.engine:26s} {timing.ns_per_grain_step:7.1f}  {timing.least:7.1f} .. {timing.most:6.1f} "

@@ -1,4 +1,4 @@
-"""Nanoseconds per grain and step of the exact law beside other engines on the same grains, interleaved because machines drift."""
+"""Nanoseconds per grain and step of the exact law beside other engines on the same grains, taking turns as machines drift."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def bench(
 
 
 def _rows(engines: Sequence[str], state: str, switches: bool) -> list[str]:
-    """Names of the rows: engines, and with EXACT its variants.  A packing without attraction would not stay what it is with it."""
+    """Names of the rows: engines, and with EXACT its variants; cohesion on the gas alone, as it would change the packing."""
     variants = [*EXACT_ROWS, *(s for s in SWITCHES if switches and (state == "gas" or "cohesion" not in s))]
     return [row for name in engines for row in (variants if name == EXACT else [name])]
 

@@ -44,7 +44,7 @@ def declare(commands: Any) -> None:
     parser.add_argument("--engines", default=",".join(ENGINES), metavar="E,...", help="engines (default %(default)s)")
     parser.add_argument("--ranks", default="1", metavar="R,...", help="numbers of MPI ranks (default 1)")
     parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
-    parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 200 steps)")
+    parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
     parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="also write the table as CSV")
     parser.add_argument("--json", action="store_true", help="print JSON")

@@ -23,7 +23,7 @@ ENGINES = ("exact", "stock", "hooke/history", "granular", "liggghts", "yade")
 PROGRAMS = ("liggghts", "yade")  # programs of their own; the others run in this package's LAMMPS
 STATES = ("gas", "dense")
 REFERENCE, EXACT = "hooke/history", "exact"
-GRAIN_STEPS, LEAST_STEPS = 10_000_000, 200  # timed steps: so many grain-steps, at least so many steps
+GRAIN_STEPS, LEAST_STEPS = 10_000_000, 500  # timed steps: so many grain-steps, at least so many steps
 WARM_SHARE = 5  # one untimed step per so many timed ones
 PARTS = ("pair", "neigh", "comm", "modify")
 

@@ -34,14 +34,47 @@ def test_groups_can_be_left_out_and_misspelt(packing: Path, wf: Wf) -> None:
     assert done.returncode == 2 and "'hols' is no group" in done.stderr and "holes" in done.stderr
 
 
-@pytest.mark.parametrize("words", [["--steps", "200", "--rounds", "1"]])
-def test_bench_times_every_case(words: list[str], packing: Path, wf: Wf) -> None:
-    """Positive times, ratios to the reference of the same round; nothing is said of how fast."""
-    timings = json.loads(wf("bench", packing, *words, "--json").stdout)
-    assert len({timing["case"] for timing in timings}) == len(timings) >= 6
-    assert all(0.0 < timing["least"] <= timing["median"] <= timing["most"] for timing in timings)
-    reference = next(timing for timing in timings if timing["case"].startswith("gran/hooke/history, fixed"))
-    assert reference["ratio"] == 1.0
+KEYS = {"engine", "state", "n", "ranks", "ns_per_grain_step", "least", "most", "ratio", "grain_steps_per_second", "pair"}
+
+
+def test_bench_times_what_is_asked(wf: Wf) -> None:
+    """One row per engine, state, size and number of ranks; nothing is said of how fast."""
+    words = ["--n", "100,150", "--state", "gas", "--engines", "exact,hooke/history", "--steps", "50", "--rounds", "1"]
+    rows = json.loads(wf("bench", *words, "--csv", "table.csv", "--json").stdout)
+    assert [(row["n"], row["engine"]) for row in rows] == [
+        (n, engine) for n in (100, 150) for engine in ("exact", "exact, barostat", "hooke/history")
+    ]
+    assert all(row.keys() >= KEYS and row["state"] == "gas" and row["ranks"] == 1 for row in rows)
+    assert all(row["ns_per_grain_step"] > 0.0 for row in rows)
+
+
+def test_bench_on_a_run(packing: Path, wf: Wf) -> None:
+    done = wf("bench", packing, "--engines", "exact,granular", "--steps", "50", "--rounds", "1")
+    assert done.returncode == 0, done.stderr
+    assert "run, 60 grains, 1 rank" in done.stdout and "granular" in done.stdout
+
+
+def test_bench_says_what_is_not_installed(wf: Wf, tmp_path: Path) -> None:
+    words = ["--n", "100", "--state", "gas", "--engines", "exact,liggghts", "--steps", "20", "--rounds", "1", "--json"]
+    done = wf("bench", *words, PATH=str(tmp_path))
+    assert done.returncode == 0 and "liggghts not installed: apt-get install liggghts" in done.stderr
+    assert {row["engine"] for row in json.loads(done.stdout)} == {"exact", "exact, barostat"}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--engines", "exakt"], "--engines 'exakt' is not known; known are: exact, stock"),
+        (["--state", "glass"], "known are: gas, dense"),
+        (["--n", "1400,-3"], "--n '-3' is not allowed"),
+        (["--ranks", "0"], "--ranks '0' is not allowed"),
+        (["--rounds", "0"], "--rounds '0' is not allowed"),
+        (["nowhere", "--n", "100"], "leave out DIR"),
+    ],
+)
+def test_bench_refuses(words: list[str], message: str, wf: Wf) -> None:
+    done = wf("bench", *words)
+    assert done.returncode == 2 and message in done.stderr
 
 
 def test_bench_wants_a_packing_that_stays_together(wf: Wf) -> None:

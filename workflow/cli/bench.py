@@ -1,46 +1,85 @@
-"""wf bench: nanoseconds per grain and step on a packing of one's own."""
+"""wf bench: nanoseconds per grain and step beside other engines."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from workflow.archive.read import Archive
 from workflow.cli.options import command
 from workflow.cli.sources import archived
 from workflow.engine.collect import ARCHIVE
+from workflow.engine.environment import engine
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
-from workflow.study.bench import REFERENCE, bench
+from workflow.study.bench import ENGINES, STATES, State, Timing, bench, missing, own_states
+from workflow.study.bench_states import of_frame
+from workflow.study.table import write_csv
 
 EXAMPLES = """
-wf run method1 --no-cohesion --out dense     a packing to time on, then:
-wf bench dense                               every case, five rounds
-wf bench dense --rounds 9 --json             more rounds, for programs
+wf bench                                          1400 grains, gas and dense, every installed engine
+wf bench --n 1400,5600,50000 --ranks 1,2          sizes and MPI ranks
+wf bench --state dense --engines exact,granular --json
+wf bench --engines exact --switches               what the switches of a scene save
+wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
+TITLES = f"{'ns per grain and step':26s}  median    least ..   most  /hooke  /exact   pair  neigh   comm modify  other"
+Item = TypeVar("Item")
 
 
 def declare(commands: Any) -> None:
     """Options of `wf bench`."""
     parser = command(
-        commands,
-        "bench",
-        "time the kernels on the last frame of a run, beside LAMMPS's own contact styles",
-        EXAMPLES,
-        action=action,
+        commands, "bench", "time the exact law beside LAMMPS's own contact styles and other programs", EXAMPLES, action=action
     )
-    parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
-    parser.add_argument("--steps", type=int, default=20_000, metavar="K", help="timed steps per case and round (default 20000)")
-    parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds (default 5)")
+    parser.add_argument("directory", type=Path, nargs="?", metavar="DIR",
+                        help="run directory whose last frame is the state (default: states are made)")  # fmt: skip
+    parser.add_argument("--n", metavar="N,...", help="numbers of grains (default 1400)")
+    parser.add_argument("--state", metavar="S,...", help=f"states to make (default {','.join(STATES)})")
+    parser.add_argument("--engines", default=",".join(ENGINES), metavar="E,...", help="engines (default %(default)s)")
+    parser.add_argument("--ranks", default="1", metavar="R,...", help="numbers of MPI ranks (default 1)")
+    parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
+    parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
+    parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="also write the table as CSV")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def action(arguments: argparse.Namespace) -> int:
     """Time and print."""
+    engines = _listed("--engines", arguments.engines, _one_of(ENGINES))
+    ranks = _listed("--ranks", arguments.ranks, _positive)
+    for name in ("rounds", "steps"):
+        if getattr(arguments, name) is not None:
+            _positive(str(getattr(arguments, name)), f"--{name}")
+    states, common = _given(arguments) if arguments.directory else (_made(arguments), {})
+    engine()
+    for name in missing(engines):
+        print(f"{name} not installed: apt-get install {name}", file=sys.stderr)
+    timings = bench(states, engines, ranks=ranks, rounds=arguments.rounds, steps=arguments.steps,
+                    switches=arguments.switches, common=common)  # fmt: skip
+    if arguments.csv:
+        write_csv(arguments.csv, timings)
+    print(json.dumps([asdict(timing) for timing in timings], indent=1) if arguments.json else table(timings))
+    return 0
+
+
+def _made(arguments: argparse.Namespace) -> list[tuple[str, State]]:
+    return own_states(
+        _listed("--n", arguments.n or "1400", _many), _listed("--state", arguments.state or ",".join(STATES), _one_of(STATES))
+    )
+
+
+def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict[str, object]]:
+    """The last frame of a run as the only state, with the law and step of the run."""
+    if arguments.n or arguments.state:
+        raise InputError("--n and --state are for states that are made; leave them out or leave out DIR")
     directory = RunDirectory.open(arguments.directory)
     scene = directory.scene
     if isinstance(scene, Heap) or scene.cohesion:
@@ -50,13 +89,52 @@ def action(arguments: argparse.Namespace) -> int:
         )
     archived(directory)
     with Archive(directory / ARCHIVE) as archive:
-        frame = archive.frame(-1)
-    step = directory.scene.step_choice.step
-    timings = bench(frame, step=step, steps=max(1, arguments.steps), rounds=max(1, arguments.rounds))
-    if arguments.json:
-        print(json.dumps([asdict(timing) for timing in timings], indent=1))
-        return 0
-    print(f"{frame.grains} grains, ns per grain and step: median [least .. most], ratio to {REFERENCE} in the same round")
-    for t in timings:
-        print(f"{t.case:45s} {t.median:6.1f} [{t.least:6.1f} .. {t.most:6.1f}]  {t.ratio:5.2f}")
-    return 0
+        discs = of_frame(archive.frame(-1))
+    law = directory.scene.law_in_units
+    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": directory.scene.step_choice.step}
+    return [(directory.path.name, lambda folder: discs)], common
+
+
+def _listed(option: str, text: str, read: Callable[[str, str], Item]) -> list[Item]:
+    return list(dict.fromkeys(read(word.strip(), option) for word in text.split(",")))
+
+
+def _positive(word: str, option: str, least: int = 1) -> int:
+    if not word.isdigit() or int(word) < least:
+        raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {least}")
+    return int(word)
+
+
+def _many(word: str, option: str) -> int:
+    return _positive(word, option, 50)  # fewer have a dense cell too small for the list
+
+
+def _one_of(names: Sequence[str]) -> Callable[[str, str], str]:
+    def read(word: str, option: str) -> str:
+        if word not in names:
+            raise InputError(f"{option} '{word}' is not known; known are: {', '.join(names)}")
+        return word
+
+    return read
+
+
+def table(timings: Sequence[Timing]) -> str:
+    """The timings in words, one block per state."""
+    lines: list[str] = []
+    for timing in timings:
+        head = (
+            f"{timing.state}, {timing.n} grains, {timing.ranks} rank{'s' * (timing.ranks > 1)}, "
+            f"{timing.rounds} rounds of {timing.steps} steps"
+        )
+        if head not in lines:
+            lines += ["", head, TITLES]
+        parts = " ".join(_shown(part, 6, 1) for part in (timing.pair, timing.neigh, timing.comm, timing.modify, timing.other))
+        lines.append(
+            f"{timing.engine:26s} {timing.ns_per_grain_step:7.1f}  {timing.least:7.1f} .. {timing.most:6.1f} "
+            f"{_shown(timing.ratio, 7, 2)} {_shown(timing.ratio_to_exact, 7, 2)} {parts}"
+        )
+    return "\n".join(lines[1:])
+
+
+def _shown(value: float | None, width: int, digits: int) -> str:
+    return "-".rjust(width) if value is None else f"{value:{width}.{digits}f}"

@@ -22,7 +22,7 @@ wf plot runs/method1-130aae48 --out figures            elsewhere
 wf plot runs/method1-130aae48 --frame 0 --format png   the first frame, PNG only
 wf plot packing --figure stressed,cloud,angles         chosen figures; all: every one
 wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
-wf plot runs/method1-* runs/method2-* --figure density both methods, solid fraction against time (G07 fig. 4)
+wf plot runs/method1-* runs/method2-* --figure density  both methods, solid fraction against time (G07 fig. 4)
 wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche

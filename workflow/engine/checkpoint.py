@@ -137,8 +137,7 @@ def step_of(path: Path) -> int | None:
 
 def cut_back(folder: Path, step: int) -> None:
     """Drop what series and dumps of ``folder`` hold beyond ``step``: the resumed run writes it again."""
-    _rewrite_series(folder, lambda line: line.endswith("
-") and int(line.split()[0]) <= step)
+    _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
     for name, kind in DUMPS.items():
         if (folder / name).is_file():
             _cut_dump(folder / name, kind, step)

@@ -87,8 +87,9 @@ def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
                 f"place in {failures * _PROPOSALS} tries; use a lower --phi0: "
                 "equal discs jam near 0.547, sizes in [0.5, 1] near 0.61"
             )
-    order = _strips(position, length)
-    return Discs(size[order], position[order], np.array([length, length]))
+    cell = np.array([length, length])
+    order = strips(position, cell)
+    return Discs(size[order], position[order], cell)
 
 
 def _propose(
@@ -127,8 +128,8 @@ def _near(a: Floats, b: Floats, reach: float, length: float) -> NDArray:
     return next(trees).sparse_distance_matrix(next(trees), reach, output_type="ndarray")
 
 
-def _strips(position: Floats, length: float) -> NDArray[np.intp]:
-    """Order by cells of about one diameter, row by row, every other row backwards."""
-    cells = max(1, int(length))
-    column, row = np.minimum((position / length * cells).astype(int), cells - 1).T
+def strips(position: Floats, cell: Floats) -> NDArray[np.intp]:
+    """Order of positions (N, 2) inside ``cell`` by squares of about one diameter, row by row, every other row backwards."""
+    cells = np.maximum(1, cell.astype(int))
+    column, row = np.minimum((position / cell * cells).astype(int), cells - 1).T
     return np.lexsort((np.where(row % 2, -column, column), row))

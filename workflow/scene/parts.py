@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from workflow.scene.quantity import Parameters, quantity
 
 CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest frequency is estimated with
-LEAST_STEPS = 7.0  # per stiffest period
+LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 # steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
 # times: the second scheme is accurate there
 STEPS_TO_LIMIT = {"paper": 7.0, "second": 14.0}

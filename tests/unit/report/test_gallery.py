@@ -13,7 +13,7 @@ from workflow.analysis.holes import hole_triangles
 from workflow.analysis.modes import floppy_modes, mobility
 from workflow.analysis.network import Springs
 from workflow.analysis.synthetic import ballistic_aggregate
-from workflow.cli.plot import FIGURES, HISTORY
+from workflow.cli.plot import FIGURES, OF_RUNS
 from workflow.errors import InputError
 from workflow.report import charts, figures, gallery, maps
 from workflow.report.gallery import PLOTS
@@ -43,7 +43,7 @@ def drawn(monkeypatch):
 
 
 def test_the_command_line_knows_every_figure():
-    assert set(FIGURES) == {*PLOTS, HISTORY}
+    assert set(FIGURES) == {*PLOTS, *OF_RUNS}
 
 
 @pytest.mark.parametrize("name", PLOTS)

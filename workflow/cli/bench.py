@@ -90,8 +90,8 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
     archived(directory)
     with Archive(directory / ARCHIVE) as archive:
         discs = of_frame(archive.frame(-1))
-    law = directory.scene.law_in_units
-    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": directory.scene.step_choice.step}
+    law = scene.law_in_units
+    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": scene.step_choice.step}
     return [(directory.path.name, lambda folder: discs)], common
 
 

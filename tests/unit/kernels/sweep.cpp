@@ -1,0 +1,77 @@
+/* Random close pairs through every kernel of the cohesive law; prints the bytes of what comes out. */
+
+#include "kernels/advance.h"
+#include "kernels/cohesive.h"
+
+#include <cstdio>
+#include <random>
+
+using namespace disc;
+
+template <class T> void print(const std::vector<T> &list)
+{
+  const auto *bytes = reinterpret_cast<const unsigned char *>(list.data());
+  for (size_t k = 0; k < list.size() * sizeof(T); k++)
+    std::printf("%02x", bytes[k]);
+  std::printf("\n");
+}
+
+template <bool SECOND, bool COHESION, bool ROLLING> void run()
+{
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  CohesiveLaw law;
+  law.kn = law.kt = 1e4;
+  law.zeta = 0.8;
+  law.mu = 0.3;
+  law.f0 = COHESION ? 1.0 : 0.0;
+  law.d0 = 0.02;
+  law.kr = 1.0;
+  law.mur = 0.01;
+  const int count = 201;    // no whole number of blocks or lanes
+  std::vector<Grain> grains;
+  std::vector<Action> actions(2 * count);
+  std::vector<Inertia> inertia;
+  Contacts close;
+  for (int k = 0; k < count; k++) {
+    const double angle = 3.0 * unit(random), distance = 1.0 + 0.02 * unit(random);    // about half overlap
+    for (int side = 0; side < 2; side++) {
+      const double w = unit(random), r = 0.5;
+      grains.push_back({3.0 * k + side * distance * std::cos(angle), side * distance * std::sin(angle), unit(random),
+                        unit(random), w, r * w, r, 1.0});
+      inertia.push_back({1.0, 8.0});
+    }
+    close.add(2 * k, 2 * k + 1, k, 40.0, {1e-4 * unit(random), 1e-4 * unit(random), unit(random)});
+  }
+  close.pad();
+  Motion motion;
+  motion.dt = 1e-3;
+  motion.ahead = 0.5;
+  motion.affine[0] = 0.1;
+  const Cohesive<SECOND, true, COHESION, true, ROLLING> response{law};
+  std::vector<double> sums;
+  for (int step = 0; step < 20; step++) {
+    const Sums s = sweep<decltype(response), true, true, false>(response, motion, grains.data(), 2 * count, close,
+                                                                actions.data());
+    sums.insert(sums.end(), {s.xx, s.yy, s.xy, s.viscous, s.sliding, s.rolling});
+    Kick kick;
+    kick.dt = 0.5 * motion.dt;
+    Shift shift;
+    shift.drift[0] = shift.drift[1] = motion.dt;
+    const Passed p = advance<true, true, false, true, false>(kick, shift, inertia.data(), actions.data(), grains.data(),
+                                                             2 * count);
+    sums.insert(sums.end(), {p.xx, p.yy, p.largest, p.sum});
+  }
+  print(sums);
+  print(grains);
+  print(close.stretch);
+  print(close.rotation);
+}
+
+int main()
+{
+  run<true, true, true>();
+  run<true, false, false>();
+  run<false, true, true>();
+  run<false, false, false>();
+}

@@ -143,9 +143,17 @@ def cut_back(folder: Path, step: int) -> None:
             _cut_dump(folder / name, kind, step)
 
 
-def drop_repeated_titles(folder: Path) -> None:
-    """Leave the first title of the series: the engine writes one more each time a run is resumed."""
-    _rewrite_series(folder, lambda line: True)
+def drop_repeats(folder: Path) -> None:
+    """Leave the first title of the series and the first row of a step: a resumed engine writes title and row once more."""
+    written = set[tuple[str, str]]()
+
+    def first(line: str) -> bool:
+        step, _, stage, *_ = line.split()
+        new = (step, stage) not in written
+        written.add((step, stage))
+        return new
+
+    _rewrite_series(folder, first)
 
 
 def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:

@@ -15,7 +15,7 @@ from contextlib import suppress
 from typing import TextIO
 
 from workflow.deck.render import DECK
-from workflow.engine.checkpoint import Seals, cut_back, damaged, drop_repeated_titles, newest
+from workflow.engine.checkpoint import Seals, cut_back, damaged, drop_repeats, newest
 from workflow.engine.collect import collect
 from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
@@ -59,7 +59,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
             raise EngineError(f"the engine stopped in '{directory.path}': {reason}")
         status = INTERRUPTED if interrupted or result["stopped"] else FINISHED
         (directory / "stop").unlink(missing_ok=True)
-        drop_repeated_titles(directory.path)
+        drop_repeats(directory.path)
         try:
             collect(directory)
         except WorkflowError as fault:

@@ -22,15 +22,15 @@ os.environ["PYTHONPATH"] = os.pathsep.join(
 WF = [sys.executable, "-m", "workflow.cli.main"]
 # 25 000 steps, about a second: soft grains and a short proof of rest
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]
-# 90 000 steps, some three seconds: can be stopped in the middle and still finished within a test
-SLOW = ["method1", "--no-cohesion", "--n", "500", "--kappa", "1e4", "--hold", "1", "--checkpoint-interval", "1"]
+# 280 000 steps, some three seconds: can be stopped in the middle and still finished within a test
+SLOW = ["method1", "--no-cohesion", "--n", "500", "--kappa", "1e5", "--hold", "1", "--checkpoint-interval", "1"]
 # some three seconds through all six stages: soft grains with friction, rolling, distant pairs, a ramp and a load
 ALL_STAGES = [
     "method2", "--n", "60", "--kappa", "1e4", "--soft-kappa", "1e3", "--d0", "0.01", "--stiffening", "3", "--rolling",
     "--mur", "0.05", "--quiet", "2", "--hold", "0.2", "--checkpoint-interval", "0.5", "--pstar", "0.05", "--frame-interval", "5",
 ]  # fmt: skip
 # far longer than any test looks at it
-ENDLESS = ["method1", "--n", "400", "--max-time", "500"]
+ENDLESS = ["method1", "--n", "3000", "--max-time", "500"]
 
 Wf = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -160,17 +160,16 @@ template <bool... CHOSEN> PairDiscCohesive::Kernel PairDiscCohesive::choose(cons
 
 disc::Sums PairDiscCohesive::sweep(bool stress)
 {
-  const bool flags[FLAGS] = {second_order,  law.damping(), law.cohesion(), law.friction(),
-                             law.rolling(), stress,        account,        force->newton_pair == 0};
-  return (this->*choose<>(flags))();
+  const bool flags[FLAGS] = {second_order, law.damping(), law.cohesion(), law.friction(), law.rolling(), account};
+  return (this->*choose<>(flags))(stress);
 }
 
-template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT, bool HALVES>
-disc::Sums PairDiscCohesive::kernel()
+template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
+disc::Sums PairDiscCohesive::kernel(bool stress)
 {
   const disc::Cohesive<SECOND, DAMPING, COHESION, FRICTION, ROLLING> cohesive{law};
-  return disc::sweep<decltype(cohesive), STRESS, ACCOUNT, HALVES>(
-      cohesive, history->motion, history->grains.data(), atom->nlocal, history->close, history->actions.data());
+  return disc::sweep<decltype(cohesive), ACCOUNT>(cohesive, history->motion, history->grains.data(), atom->nlocal,
+                                                  !force->newton_pair, stress, history->close, history->actions.data());
 }
 
 /* ---- one pair, for output ---- */

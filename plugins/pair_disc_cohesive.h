@@ -32,11 +32,10 @@ public:
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 8;
-  using Kernel = disc::Sums (PairDiscCohesive::*)();
-  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool STRESS, bool ACCOUNT,
-            bool HALVES>
-  disc::Sums kernel();
+  static constexpr int FLAGS = 6;
+  using Kernel = disc::Sums (PairDiscCohesive::*)(bool);
+  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
+  disc::Sums kernel(bool stress);
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;
   void check() const;

@@ -150,15 +150,16 @@ template <bool... CHOSEN> PairDiscContinuous::Kernel PairDiscContinuous::choose(
 
 disc::Sums PairDiscContinuous::sweep(bool stress)
 {
-  const bool flags[FLAGS] = {law.spring(), law.friction(), stress, account, force->newton_pair == 0};
-  return (this->*choose<>(flags))();
+  const bool flags[FLAGS] = {law.spring(), law.friction(), account};
+  return (this->*choose<>(flags))(stress);
 }
 
-template <bool SPRING, bool FRICTION, bool STRESS, bool ACCOUNT, bool HALVES> disc::Sums PairDiscContinuous::kernel()
+template <bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums PairDiscContinuous::kernel(bool stress)
 {
   const disc::Continuous<SPRING, FRICTION> continuous{law};
-  return disc::sweep<decltype(continuous), STRESS, ACCOUNT, HALVES>(
-      continuous, history->motion, history->grains.data(), atom->nlocal, history->close, history->actions.data());
+  return disc::sweep<decltype(continuous), ACCOUNT>(continuous, history->motion, history->grains.data(), atom->nlocal,
+                                                    !force->newton_pair, stress, history->close,
+                                                    history->actions.data());
 }
 
 void PairDiscContinuous::compute(int eflag, int vflag)

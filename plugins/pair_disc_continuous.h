@@ -33,9 +33,9 @@ public:
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 5;
-  using Kernel = disc::Sums (PairDiscContinuous::*)();
-  template <bool SPRING, bool FRICTION, bool STRESS, bool ACCOUNT, bool HALVES> disc::Sums kernel();
+  static constexpr int FLAGS = 3;
+  using Kernel = disc::Sums (PairDiscContinuous::*)(bool);
+  template <bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums kernel(bool stress);
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;
   void check() const;

@@ -4,7 +4,8 @@
 #ifndef DISC_KERNELS_FOUR_H
 #define DISC_KERNELS_FOUR_H
 
-/* Compiled for several instruction sets (unless DISC_PLAIN is defined); the widest that the machine has is taken when the library is loaded. */
+/* Compiled for several instruction sets (unless DISC_PLAIN is defined); the widest that the machine has is taken when
+ * the library is loaded. */
 #if !defined(DISC_PLAIN) && defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
 #define DISC_WIDEST __attribute__((target_clones("default", "avx2", "avx512f")))
 #else

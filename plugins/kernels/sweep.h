@@ -140,9 +140,11 @@ DISC_INLINE double total(const double *lanes)
 }
 
 /* What a law leaves out is not gathered, computed or scattered.  A law has these as static constants and a member
-   respond<ACCOUNT>(Block &, count). */
-template <class Law, bool STRESS, bool ACCOUNT, bool HALVES>
-DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain, int owned, Contacts &c, Action *action)
+   respond<ACCOUNT>(Motion, Block &, count).  `halves`: pairs with a grain from `owned` on are listed on both sides.
+   What is asked once per block is no template flag: each of those doubles the time to compile. */
+template <class Law, bool ACCOUNT>
+DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain, int owned, bool halves, bool stress,
+                       Contacts &c, Action *action)
 {
   alignas(64) double xx[LANES] = {}, yy[LANES] = {}, xy[LANES] = {};
   alignas(64) double viscous[LANES] = {}, sliding[LANES] = {}, rolling[LANES] = {};
@@ -195,13 +197,13 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
       }
     }
 
-    if (HALVES)    // pairs across the border of this rank are listed on both sides
+    if (halves)
       for (int k = 0; k < count; k++) {
         if (j[k] < owned) continue;
         for (double *a : {b.bx, b.by, b.lost_viscous, b.lost_sliding, b.lost_rolling})
           a[k] *= 0.5;
       }
-    if (STRESS) {
+    if (stress) {
       add_products(xx, b.fx, b.bx, whole);
       add_products(yy, b.fy, b.by, whole);
       add_products(xy, b.fx, b.by, whole);

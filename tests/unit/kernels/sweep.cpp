@@ -51,8 +51,8 @@ template <bool SECOND, bool COHESION, bool ROLLING> void run()
   const Cohesive<SECOND, true, COHESION, true, ROLLING> response{law};
   std::vector<double> sums;
   for (int step = 0; step < 20; step++) {
-    const Sums s = sweep<decltype(response), true, true, false>(response, motion, grains.data(), 2 * count, close,
-                                                                actions.data());
+    const Sums s = sweep<decltype(response), true>(response, motion, grains.data(), 2 * count, false, true, close,
+                                                   actions.data());
     sums.insert(sums.end(), {s.xx, s.yy, s.xy, s.viscous, s.sliding, s.rolling});
     Kick kick;
     kick.dt = 0.5 * motion.dt;

@@ -40,15 +40,18 @@ def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running:
     reference, seconds = whole
     run = running(*ALL_STAGES)
     run.wait_for_rows(1)
+    killed = False
     for share in (0.7, 0.4, 0.4):
         time.sleep(rng.uniform(0.0, share * seconds))
-        if run.process.poll() is None:
-            stop(run)
-        if record(run.directory)["status"] == "finished":
+        if run.process.poll() is not None:
+            break
+        stop(run)
+        killed = record(run.directory)["status"] == "finished"  # all was written, only the farewell was cut off
+        if killed:
             break
         run = running(resume=True)
     _, text = run.process.communicate(timeout=120)
-    assert run.process.returncode == 0, text
+    assert killed or run.process.returncode == 0, text
     assert_same(run.directory, reference)
 
 

@@ -47,6 +47,8 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--retry", action="store_true", help="run again what failed")
     parser.add_argument("--adopt", type=Path, action="append", default=[], metavar="DIR",
                         help="link finished runs of the same scenes found there (repeatable)")  # fmt: skip
+    parser.add_argument("--any-deck", action="store_true",
+                        help="adopt also runs whose deck another version made of the scene")  # fmt: skip
     parser.add_argument("--dry-run", action="store_true", help="say what would be computed; write nothing")
 
 
@@ -72,10 +74,7 @@ def check_jobs(arguments: argparse.Namespace) -> None:
 def carry_out(study: Study, arguments: argparse.Namespace) -> Outcome:
     """Write down the study, adopt what is there, compute the rest."""
     engine()
-    study.save()
-    adopted = study.adopt([study.folder, *arguments.adopt])
-    if adopted:
-        print(f"adopted {adopted} finished runs", file=sys.stderr)
+    declare_and_adopt(study, arguments)
     outcome = compute(study, jobs=arguments.jobs, retry=arguments.retry)
     if outcome.elsewhere:
         print(f"{outcome.elsewhere} points are left to another wf that works on them", file=sys.stderr)
@@ -85,6 +84,18 @@ def carry_out(study: Study, arguments: argparse.Namespace) -> Outcome:
         print(f"wf: {outcome.failed} points failed: 'wf status {shlex.quote(str(study.folder))}' says why, --retry tries again",
               file=sys.stderr)  # fmt: skip
     return outcome
+
+
+def declare_and_adopt(study: Study, arguments: argparse.Namespace) -> None:
+    """Write down the study, link what is there."""
+    study.save()
+    adopted, left = study.adopt([study.folder, *arguments.adopt], any_deck=arguments.any_deck)
+    if adopted:
+        print(f"adopted {adopted} finished runs", file=sys.stderr)
+    if left:
+        print(
+            f"{left} finished runs have a deck that another version made of the scene; --any-deck adopts them", file=sys.stderr
+        )
 
 
 def ended(outcome: Outcome) -> int:

@@ -10,6 +10,7 @@ Whatever starts `wf resume` in a prepared directory can compute a study; `workfl
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import json
 import os
 import shutil
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.archive.write import replacing
+from workflow.deck.render import DECK, render
 from workflow.engine import rundir
 from workflow.engine.environment import versions
 from workflow.engine.rundir import RunDirectory
@@ -115,17 +117,22 @@ class Study:
         """Where a point stands.  Raises nothing: a damaged record is a failure with its reason."""
         return standing_in(self.folder / "points" / point.name)
 
-    def adopt(self, folders: Sequence[Path]) -> int:
-        """Link finished runs of these scenes found in ``folders`` (at any depth up to two); the number of new links.
+    def adopt(self, folders: Sequence[Path], *, any_deck: bool = False) -> tuple[int, int]:
+        """Link finished runs of these scenes found in ``folders`` (at any depth up to two); how many, and how many were
+        left because their deck is not the one that this version makes of the scene (``any_deck`` takes them too).
 
         A run is known by the digest in its run.json; points that have a directory of their own keep it.
         """
         wanted = {point.digest: point for point in self.points if self.standing(point).status != DONE}
-        count = 0
+        count = left = 0
         for path in (path for folder in folders for path in _runs_in(folder)):
             state = _state(path)
             point = wanted.get(str(state.get("digest"))) if state.get("status") == rundir.FINISHED else None
             if point is None or not (path / rundir.ARCHIVE).is_file():
+                continue
+            deck = hashlib.sha256(render(point.scene).encode()).hexdigest()
+            if not any_deck and state.get("hashes", {}).get(DECK) != deck:
+                left += 1
                 continue
             own = self.directory(point).path
             if own.is_symlink() and not own.exists():
@@ -134,7 +141,7 @@ class Study:
                 own.symlink_to(path.resolve())
                 del wanted[point.digest]
                 count += 1
-        return count
+        return count, left
 
     @contextmanager
     def claims(self) -> Iterator[Claims]:
@@ -148,7 +155,7 @@ class Study:
         Raises InputError if the scene cannot be set up; the reason is then recorded in the directory.
         """
         directory = self.directory(point)
-        if (directory / "run.json").is_file() and (directory / "deck.in").is_file():
+        if (directory / "run.json").is_file() and (directory / DECK).is_file():
             return directory
         if directory.path.is_symlink():
             directory.path.unlink()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
 import os
@@ -15,6 +16,7 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from workflow.deck.render import render
 from workflow.errors import ArchiveError, InputError
 from workflow.scene.presets import SCENES, scene_from
 from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, WAITING, Claims, Point, Standing, Study, remaining
@@ -148,20 +150,27 @@ def test_remaining_core_seconds() -> None:
 def test_finished_runs_are_adopted_by_digest(study: Study, tmp_path: Path) -> None:
     point = study.points
     elsewhere = tmp_path / "campaign"
-    write_run(elsewhere / "one", point[0].digest, "finished", seconds=5.0)
-    write_run(elsewhere / "deep" / "two", point[1].digest, "finished")
+
+    def same(k: int) -> dict[str, Any]:
+        return {"hashes": {"deck.in": hashlib.sha256(render(point[k].scene).encode()).hexdigest()}}
+
+    write_run(elsewhere / "one", point[0].digest, "finished", seconds=5.0, **same(0))
+    write_run(elsewhere / "deep" / "two", point[1].digest, "finished", **same(1))
+    write_run(elsewhere / "old", point[5].digest, "finished", hashes={"deck.in": "of another version"})
     write_run(elsewhere / "half", point[2].digest, "interrupted")
     write_run(elsewhere / "other", "0" * 64, "finished")
-    write_run(study.folder / "inside", point[3].digest, "finished")
+    write_run(study.folder / "inside", point[3].digest, "finished", **same(3))
     write_run(study.directory(point[4]).path, point[4].digest, "failed", reason="kept")
-    write_run(elsewhere / "five", point[4].digest, "finished")
+    write_run(elsewhere / "five", point[4].digest, "finished", **same(4))
     (elsewhere / "broken").mkdir()
     (elsewhere / "broken" / "run.json").write_text("[")
-    assert study.adopt([study.folder, elsewhere]) == 3
+    assert study.adopt([study.folder, elsewhere]) == (3, 1)
     assert [study.standing(one).status for one in point] == [DONE, DONE, WAITING, DONE, FAILED, WAITING]
     assert study.directory(point[0]).path.resolve() == (elsewhere / "one").resolve()
     assert study.standing(point[0]).seconds == 5.0
-    assert study.adopt([elsewhere]) == 0
+    assert study.adopt([elsewhere]) == (0, 1)
+    assert study.adopt([elsewhere], any_deck=True) == (1, 0)
+    assert study.standing(point[5]).status == DONE
     (elsewhere / "one" / "run.json").unlink()  # what was adopted is gone
     assert study.standing(point[0]).status == WAITING
     with pytest.raises(InputError, match="is no directory"):

@@ -163,7 +163,8 @@ def _line(row: Row) -> str:
     number = f"{row.samples}/{row.wanted}" + (f", {row.samples - row.at_rest} not at rest" if row.at_rest < row.samples else "")
     far = "" if row.difference is None else f"{row.difference:+.1f}"
     words = row.verdict + (f": {row.reason}" if row.reason else "")
-    return f"| {row.row} | {row.column} | {row.quantity} | {ours} | {number} | {theirs(row)} | {far} | {words} |"
+    cells = (row.row, row.column, row.quantity, ours, number, theirs(row), far, words)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 def theirs(row: Row) -> str:

@@ -92,9 +92,8 @@ def _summary(paper: Paper, found: Sequence[Any], figures: Sequence[dict[str, str
     drawn = [one["file"] for one in figures if one["file"]]
     if drawn:
         print(f"{len(drawn)} figures in {folder / 'figures'}")
-    for one in figures:
-        if one["trouble"]:
-            print(f"figure {one['number']} is not drawn: {one['trouble']}")
+    for trouble in dict.fromkeys(one["trouble"] for one in figures if one["trouble"]):
+        print(f"not drawn: {', '.join(one['number'] for one in figures if one['trouble'] == trouble)}: {trouble}")
 
 
 def _list(text: str | None, option: str) -> list[str] | None:

@@ -154,7 +154,7 @@ def _case(block: Table, row: Table, column: Table, small: Table | None, count: i
     options = {**block.get("options", {}), **row.get("options", {}), **column.get("options", {})}
     sizes = [(grains, count or number) for grains, number in row.get("samples", [])]
     if small:
-        sizes = [(small["n"], count or small["samples"])] if sizes else []
+        sizes = [(small["n"], count or small["samples"])] if sizes and row.get("quick", True) else []
         options |= small.get("options", {}) if options else {}
     size = "grains" if options.get("scene") == "heap" else "n"
     where = (block["table"], row["name"], column["name"])

@@ -43,6 +43,8 @@ def ours(study: Study, number: Printed) -> Ours:
     wanted = sum(count for _, count in number.case.sizes) if number.measure else 0
     if number.measure is None or not number.case.options:
         return Ours(wanted=wanted)
+    if not wanted:
+        return Ours(trouble="left out of the quick version")
     points = samples_of(study, number.case)
     if not points:
         return Ours(wanted=wanted, trouble="no sample is finished")

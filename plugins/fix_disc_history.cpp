@@ -188,15 +188,22 @@ void FixDiscHistory::choose_close()
   close.pad();
 }
 
-void FixDiscHistory::rescale(double springs, double viscosity)
+void FixDiscHistory::rescale(double springs)
 {
   for (int c = 0; c < close.count; c++) {
     close.stretch[c] *= springs;
     close.rotation[c] *= springs;
-    close.eta[c] *= viscosity;
   }
+}
+
+/* Computed from the law as it is now, as when lists are made: a run that resumes here has the same bits. */
+void FixDiscHistory::renew_viscosity()
+{
+  const auto *law = dynamic_cast<PairDisc *>(force->pair);
   for (Neighbours &p : neighbours)
-    p.eta *= viscosity;
+    p.eta = law->viscosity(p.i, p.j);
+  for (int c = 0; c < close.count; c++)
+    close.eta[c] = neighbours[close.at[c]].eta;
 }
 
 /* d|b|/dt in the middle of the step, as the kernels compute it */

@@ -67,10 +67,11 @@ public:
   void moved(double largest, const double *stretch);
   void require_number(double) const;
   bool rebuild_due() const { return margin <= 0.0; }
-  void choose_close();                               // if the margin of `close` is used up
-  void rescale(double springs, double viscosity);    // what contacts remember, when the law changes
-  int find(int i, int j) const;                      // place in `close`, -1 if not there
-  bool goes_on() const;    // this step continues a run from its restart file, which holds its forces
+  void choose_close();             // if the margin of `close` is used up
+  void rescale(double springs);    // what contacts remember, when the law changes
+  void renew_viscosity();          // after the law has changed
+  int find(int i, int j) const;    // place in `close`, -1 if not there
+  bool goes_on() const;            // this step continues a run from its restart file, which holds its forces
   void restore_forces() const;
   bool current() const { return listed; }    // the lists belong to the grains and ghosts as they lie now
 

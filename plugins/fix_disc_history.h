@@ -60,6 +60,7 @@ public:
   // LAMMPS's arrays -> grains, actions; and back
   void load(int first, int last);
   void load_actions();
+  void begin_actions();    // nothing but the weights of the grains of this rank
   void store() const;
   void store_actions() const;
 
@@ -78,10 +79,13 @@ public:
   std::vector<disc::Grain> grains;      // owned and ghosts
   std::vector<disc::Action> actions;    // zero between steps for ghosts
   disc::Contacts close;
-  disc::Sums lost;              // dissipated so far, of this rank; the pair style adds to it
-  disc::Motion motion;          // since the last evaluation
-  bool second_order = false;    // see disc::Motion; set by the pair style
-  double range = 0.0;           // gap up to which the law acts; set by the pair style
+  disc::Sums lost;                   // dissipated so far, of this rank; the pair style adds to it
+  disc::Motion motion;               // since the last evaluation
+  bool second_order = false;         // see disc::Motion; set by the pair style
+  double range = 0.0;                // gap up to which the law acts; set by the pair style
+  double turned = -1.0;              // factor on the memory `rotation` seen from the other grain; set by the pair style
+  double gravity[2] = {0.0, 0.0};    // set by fix disc/integrate, like the next
+  int fixed = 0;                     // group bit of grains that do not move and have no weight
 
 private:
   struct Neighbours {
@@ -92,7 +96,7 @@ private:
     tagint tag;
     disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 4;    // doubles per partner on the wire
+  static constexpr int ENTRY = 5;    // doubles per partner on the wire
   static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();

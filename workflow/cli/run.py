@@ -16,6 +16,7 @@ from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
+from workflow.scene.method2 import Method2
 
 EXAMPLES = """
 wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
@@ -53,6 +54,10 @@ def action(arguments: argparse.Namespace) -> int:
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
+    if isinstance(scene, Method2):
+        for stage in ("aggregate", "relax"):
+            if (other := scene.step_of(stage)).step != choice.step:
+                print(f"step in {stage} {other.step:.3g} T0: {other.reason}", file=sys.stderr)
     if not isinstance(scene, Heap) and scene.compression_time > scene.max_time:
         print(f"the compression alone takes about {scene.compression_time:.0f} T0: raise --max-time", file=sys.stderr)
     left_out = scene.left_out()

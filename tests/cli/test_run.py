@@ -195,8 +195,8 @@ def test_engine_error_is_passed_on_and_what_was_written_stays(ranks: int, wf: Wf
     assert wf("deck", *QUICK, "--out", "bad").returncode == 0
     bad = tmp_path / "bad"
     deck = (bad / "deck.in").read_text()
-    assert deck.count("run ${max_steps}\n") == 2
-    (bad / "deck.in").write_text(deck.replace("run ${max_steps}\n", "run 1000\nrun nonsense\n", 1))
+    assert deck.count("run ${most}\n") == 2
+    (bad / "deck.in").write_text(deck.replace("run ${most}\n", "run 1000\nrun nonsense\n", 1))
     done = wf("resume", "bad", "--ranks", ranks)
     assert done.returncode == 1
     assert "'bad'" in done.stderr

@@ -254,8 +254,12 @@ void FixDiscEquilibrium::label_aggregates()
   int changed = 1;
   while (changed) {
     changed = 0;
-    for (int i = 0; i < nall; i++)
-      label[find(i)] = std::min(label[find(i)], label[i]);
+    for (int i = 0; i < nall; i++) {
+      double &smallest = label[find(i)];
+      if (label[i] >= smallest) continue;
+      smallest = label[i];
+      changed = 1;    // news for other ranks even where every other label of the set knew it
+    }
     for (int i = 0; i < nall; i++) {
       const double smallest = label[find(i)];
       if (label[i] != smallest) changed = 1;

@@ -114,9 +114,8 @@ class Method2(Packing):
     @cached_property
     def step_choice(self) -> Step:
         """The time step of the stages under load, from the stiffest contacts of any stage."""
-        return choose_step(
-            max(self.law_in_units, self.soft_law, key=lambda law: law.kn), self.smallest, self.approach_speed, self
-        )
+        stiffest = max(self.law_in_units, self.soft_law, key=lambda law: law.kn)
+        return choose_step(stiffest, self.smallest, self.approach_speed, self)
 
     def step_of(self, stage: str) -> Step:
         """That of soft contacts until they stiffen; in the gas it resolves the tail at sqrt(2) V0, the root mean square of

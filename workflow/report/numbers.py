@@ -68,9 +68,9 @@ def _of_packing(sheet: Sheet) -> list[Number]:
 def _of_heap(sheet: Sheet) -> list[Number]:
     m = sheet.measures
     angle, slides = m["angle_of_repose_deg"], m["avalanches"]
-    spread = (
-        "" if angle["uncertainty"] is None else f"± {angle['uncertainty']:.1f}°, {angle['left']:.1f} and {angle['right']:.1f}"
-    )
+    spread = ""
+    if angle["uncertainty"] is not None:
+        spread = f"± {angle['uncertainty']:.1f}°, left {angle['left']:.1f}°, right {angle['right']:.1f}°"
     low = m["base_force_profile"]["dip"]
     return [
         _number("grains in the heap", m["grains_in_heap"], ".0f", note=f"{m['poured']} poured, {m['removed']} gone"),

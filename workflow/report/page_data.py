@@ -188,7 +188,8 @@ def _of_time(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, Floats], int
         there = [name for name in columns if name in series and (len(columns) == 1 or series[name].any())]
         if not there or (title == "aggregates" and not sheet.cohesive):
             continue
-        used |= {name: series[name][rows] for name in there}
+        level = sheet.ground.level if sheet.ground is not None and title == "top of the heap" else 0.0
+        used |= {name: series[name][rows] - level for name in there}
         lines = [{"name": name.replace("_", " "), "x": "time", "y": name} for name in there]
         chart = {"title": title, "xlabel": f"time [{clock}]", "ylabel": unit.format(l=length, f=force), "logy": log}
         found.append(chart | {"lines": lines, "levels": _levels(sheet, title), "stages": stages, "time": True})

@@ -22,8 +22,9 @@ class Network {
     this.prepare();
     this.home();
     this.controls();
-    this.draw = this.draw.bind(this);
-    this.ask = later(this.draw);
+    this.picture = document.createElement("canvas");
+    this.ask = later(() => this.draw());
+    this.glance = later(() => this.look());
     gestures(this.canvas, this);
     new ResizeObserver(this.ask).observe(this.canvas);
     views.push(this);
@@ -116,9 +117,11 @@ class Network {
     return [this.middle[0] + (sx - this.canvas.clientWidth / 2) / k, this.middle[1] - (sy - this.height / 2) / k];
   }
 
+  // The middle of the view, so that nothing beyond the window is seen where that is larger than the view.
   moveTo(x, y) {
-    const [left, bottom, right, top] = this.net.window, clamp = (v, low, high) => Math.min(Math.max(v, low), high);
-    this.middle = this.zoomed ? [clamp(x, left, right), clamp(y, bottom, top)] : [(left + right) / 2, (bottom + top) / 2];
+    const [left, bottom, right, top] = this.net.window, k = 2 * this.scale;
+    const inside = (v, low, high, half) => (high - low > 2 * half ? Math.min(Math.max(v, low + half), high - half) : (low + high) / 2);
+    this.middle = [inside(x, left, right, this.canvas.clientWidth / k), inside(y, bottom, top, this.height / k)];
     this.ask();
   }
 
@@ -187,7 +190,7 @@ class Network {
     this.canvas.style.cursor = found ? "pointer" : this.zoomed ? "grab" : "default";
     if (JSON.stringify(found) !== JSON.stringify(this.hovered)) {
       this.hovered = found;
-      this.ask();
+      this.glance();
     }
     if (!found) return;
     const [title, ...rows] = this.words(found);
@@ -215,10 +218,10 @@ class Network {
 
   choose(found) {
     this.chosen = found;
-    this.ask();
+    this.glance();
     if (!found) return this.pinned.replaceChildren();
     const [title, ...rows] = this.words(found), parts = [element("h3", {}, title)];
-    const row = ([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, value));
+    const row = ([name, value]) => element("tr", {}, element("th", { scope: "row" }, name.replace(/ =$/, "")), element("td", {}, value));
     parts.push(element("table", {}, element("tbody", {}, ...rows.map(row))));
     if (found.grain !== undefined) parts.push(this.neighbours(found.grain));
     else parts.push(element("p", {}, "of grains ", this.link(this.a.i[found.contact]), " and ", this.link(this.a.j[found.contact])));
@@ -241,33 +244,55 @@ class Network {
       element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
   }
 
-  // ---- drawing
+  // ---- drawing: the network on a canvas of its own, so that a highlight costs a copy of it
   draw() {
-    const height = this.height, ctx = context(this.canvas, height + KEY), width = this.canvas.clientWidth;
-    if (!ctx) return;
-    const k = this.scale, [[x0, y0], [w, h]] = [this.net.origin, this.net.cell];
-    const [left, top] = this.screen(x0, y0 + h), [right, bottom] = this.screen(x0 + w, y0);
+    const height = this.height, scale = context(this.canvas, height + KEY)?.getTransform().a, width = this.canvas.clientWidth;
+    if (!scale) return;
+    this.picture.width = this.canvas.width;
+    this.picture.height = this.canvas.height;
+    const ctx = this.picture.getContext("2d"), k = this.scale;
+    ctx.setTransform(scale, 0, 0, scale, 0, 0);
     ctx.fillStyle = palette.paper;
     ctx.fillRect(0, 0, width, height + KEY);
     ctx.save();
-    ctx.beginPath();
-    ctx.rect(0, 0, width, height);
-    ctx.clip();
-    if (this.net.periodic.some(Boolean)) {
-      ctx.beginPath();
-      ctx.rect(left, top, right - left, bottom - top);
-      ctx.clip();
-    }
+    this.clip(ctx);
     this.drawDiscs(ctx, width, height, k);
     this.drawLines(ctx, width, height, k);
-    for (const found of [this.hovered, this.chosen]) if (found) this.highlight(ctx, found, k);
     if (this.net.periodic.some(Boolean)) {
       ctx.strokeStyle = palette.edge;
       ctx.lineWidth = 1.5;
-      ctx.strokeRect(left, top, right - left, bottom - top);
+      ctx.strokeRect(...this.cell);
     }
     ctx.restore();
     this.drawKey(ctx, height, k);
+    this.look();
+  }
+
+  look() {
+    const ctx = this.canvas.getContext("2d");
+    ctx.save();
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.drawImage(this.picture, 0, 0);
+    ctx.restore();
+    ctx.save();
+    this.clip(ctx);
+    for (const found of [this.hovered, this.chosen]) if (found) this.highlight(ctx, found, this.scale);
+    ctx.restore();
+  }
+
+  // Left, top, width and height of the cell on the canvas.
+  get cell() {
+    const [[x, y], [w, h]] = [this.net.origin, this.net.cell], [left, top] = this.screen(x, y + h);
+    return [left, top, w * this.scale, h * this.scale];
+  }
+
+  clip(ctx) {
+    const whole = [0, 0, this.canvas.clientWidth, this.height];
+    for (const box of this.net.periodic.some(Boolean) ? [whole, this.cell] : [whole]) {
+      ctx.beginPath();
+      ctx.rect(...box);
+      ctx.clip();
+    }
   }
 
   drawDiscs(ctx, width, height, k) {

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from workflow.analysis.contacts import coordination, measure
 from workflow.analysis.frame import Contacts, Frame
@@ -20,7 +21,7 @@ from workflow.report import page_data
 from workflow.report.figures import kinds_of_fig2
 from workflow.report.page import write_report
 from workflow.report.page_data import KINDS, Sheet, unpacked
-from workflow.report.study_page import write_page
+from workflow.report.study_page import template, write_page
 from workflow.scene.method1 import Method1
 
 CELL, ORIGIN = np.array([6.0, 4.0]), np.array([-2.0, 1.0])
@@ -187,3 +188,20 @@ def test_page_of_a_study_has_tables_and_escapes_them(tmp_path: Path) -> None:
     page = Page(tmp_path / "study.html")
     assert [tag for tag, _ in page.elements].count("script") == 2
     assert page.texts["th"] == ["x y", EVIL.replace("_", " "), "0.123"] and page.texts["td"][0] == "—"
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of #rgb or #rrggbb (WCAG 2.2)."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return float(np.dot(linear, (0.2126, 0.7152, 0.0722)))
+
+
+@pytest.mark.parametrize("theme", [0, 1])
+def test_every_text_can_be_read(theme: int) -> None:
+    """Contrast of 4.5 or more on both grounds, in light and in dark colours (WCAG 2.2, 1.4.3)."""
+    pairs = re.findall(r"--(\w+): light-dark\((\S+?), (\S+?)\)", template("page.css"))
+    colours = {name: pair[theme] for name, *pair in pairs}
+    for text in ("ink", "muted", "link", "good", "bad"):
+        for ground in ("paper", "shade"):
+            low, high = sorted(luminance(colours[name]) for name in (text, ground))
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (text, ground)

@@ -8,10 +8,10 @@ import os
 import sys
 
 from workflow import __version__
-from workflow.cli import accuracy, bench, deck, doctor, export, measure, plot, resume, run, stability, status, verify
+from workflow.cli import accuracy, bench, deck, doctor, export, measure, plot, report, resume, run, stability, status, verify
 from workflow.errors import WorkflowError
 
-COMMANDS = (run, resume, deck, measure, plot, export, status, verify, bench, accuracy, stability, doctor)
+COMMANDS = (run, resume, deck, measure, plot, report, export, status, verify, bench, accuracy, stability, doctor)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -163,7 +163,7 @@ void FixDiscHistory::require_number(double sum) const
    record back that it has just written: the processor would wait for it. */
 void FixDiscHistory::choose_close()
 {
-  if (close_margin > 0.0) return;
+  if (!choice_due()) return;
   if (!from_partners) {
     memory.assign(neighbours.size(), PairMemory());
     known.assign(neighbours.size(), 0);
@@ -195,6 +195,7 @@ void FixDiscHistory::choose_close()
       }
   }
   close.pad();
+  dynamic_cast<PairDisc *>(force->pair)->ghosts.name(close);
 }
 
 void FixDiscHistory::rescale(double springs, double viscosity)
@@ -307,6 +308,7 @@ void FixDiscHistory::post_neighbor()
   }
   grains.resize(nlocal + atom->nghost);
   actions.assign(nlocal + atom->nghost, disc::Action());
+  law->ghosts.forget();
   margin = neighbor->skin - range;
   close_margin = 0.0;    // `close` is made before the next evaluation
   from_partners = true;

@@ -67,7 +67,8 @@ public:
   void moved(double largest, const double *stretch);
   void require_number(double) const;
   bool rebuild_due() const { return margin <= 0.0; }
-  void choose_close();                               // if the margin of `close` is used up
+  bool choice_due() const { return close_margin <= 0.0; }
+  void choose_close();                               // if it is due: collective
   void rescale(double springs, double viscosity);    // what contacts remember, when the law changes
   int find(int i, int j) const;                      // place in `close`, -1 if not there
   bool goes_on() const;    // this step continues a run from its restart file, which holds its forces

@@ -22,7 +22,7 @@ namespace disc
 {
 
 constexpr int LANES = 8;     // pairs in one instruction at most
-constexpr int BLOCK = 32;    // pairs in one block: a few KiB, which stay in the nearest cache
+constexpr int BLOCK = 64;    // pairs in one block: 9 KiB, which stay in the nearest cache
 
 struct alignas(64) Grain {    // one cache line
   double x, y, vx, vy;        // position; velocity beyond the affine motion of the cell

@@ -83,11 +83,10 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:
     where = f"{checkpoint.path.name}, step {checkpoint.step}" if checkpoint else "the beginning: no whole checkpoint is there"
     print(f"continuing from {where}", file=out)
     _forget_result(directory)
-    variables = directory.scene.variables()
     if checkpoint is None:  # interrupted before the first checkpoint: start over
-        cut_back(directory.path, -1, variables)
+        cut_back(directory.path, -1)
         return []
-    cut_back(directory.path, checkpoint.step, variables)
+    cut_back(directory.path, checkpoint.step)
     return ["resume", "yes", "restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
 
 

@@ -132,7 +132,8 @@ NOT_THE_SIZE = "**Not the paper's size**: fewer and smaller samples, to see that
 HOW = (
     "Ours: mean over samples ± standard error (jackknife), and how many samples of those wanted. Theirs: uncertainty {}. The "
     "difference is in standard errors of both together; within {:g} they agree (with four samples a larger one comes by chance "
-    "once in twenty times). Where a side has no uncertainty the other's stands for it; one sample of ours can agree, but is not enough to differ."
+    "once in twenty times). Where a side has no uncertainty the other's stands for it; one sample of ours can agree, but is "
+    "not enough to differ."
 )
 HEAD = ["| row | column | quantity | ours | samples | theirs | difference | verdict |", "|---|---|---|---|---|---|---|---|"]
 

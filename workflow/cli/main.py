@@ -8,8 +8,23 @@ import os
 import sys
 
 from workflow import __version__
-from workflow.cli import accuracy, bench, deck, doctor, export, measure, plot, report, reproduce, resume, run, stability
-from workflow.cli import status, sweep, verify
+from workflow.cli import (
+    accuracy,
+    bench,
+    deck,
+    doctor,
+    export,
+    measure,
+    plot,
+    report,
+    reproduce,
+    resume,
+    run,
+    stability,
+    status,
+    sweep,
+    verify,
+)
 from workflow.errors import WorkflowError
 
 COMMANDS = (

@@ -136,7 +136,8 @@ def step_of(path: Path) -> int | None:
 
 
 def cut_back(folder: Path, step: int) -> None:
-    """Drop what series and dumps of ``folder`` hold beyond ``step``: the resumed run writes it again."""
+    """Drop rows of the series beyond the checkpoint of ``step`` in ``folder``, and frames at or beyond it: the resumed run
+    writes those again."""
     _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
     for name, kind in DUMPS.items():
         if (folder / name).is_file():
@@ -170,7 +171,7 @@ def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:
 def _cut_dump(path: Path, kind: str, step: int) -> None:
     end = 0
     for block in read_blocks(path, kind):
-        if block.step > step:
+        if block.step >= step:
             break
         end = block.line + len(block.table)
     with replacing(path) as draft, open(path, "rb") as old, open(draft, "wb") as new:

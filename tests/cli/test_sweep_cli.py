@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import signal
@@ -73,6 +74,13 @@ def test_study_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     runs = sorted(Path("study/points").iterdir())
     assert all(record(path)["digest"].startswith(path.name) for path in runs)
     assert {json.loads((path / "measures.json").read_text())["equilibrated"] for path in runs} == {True}
+    with open("study/results.csv", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [row["mu"] for row in table] == ["0.15", "0.5"]
+    for row in table:
+        measures = json.loads(Path("study/points", row["name"], "measures.json").read_text())
+        assert float(row["solid_fraction"]) == measures["solid_fraction"]
+        assert float(row["unbalanced_force.force"]) == measures["unbalanced_force"]["force"]
     before = [(path / "run.json").stat().st_mtime_ns for path in runs]
     Path("study.toml").write_text(SMALL + "[grid]\nmu = [0.5, 0.15, 0.3]\n")  # one more point
     assert main(["sweep", "study.toml", "--out", "study"]) == 0

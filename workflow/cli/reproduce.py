@@ -123,10 +123,13 @@ def _draw(study: Study, drawing: Drawing, folder: Path) -> dict[str, str]:
     """The figure's file, or why there is none."""
     name = f"figures/fig{drawing.number}.png"
     row = {"number": drawing.number, "plot": drawing.plot or "", "file": "", "shows": drawing.shows, "trouble": ""}
-    points = [(point, case.stage) for case in drawing.cases for point in samples_of(study, case)[: drawing.most]]
-    names = [" ".join(case.where[1:]).strip() for case in drawing.cases for _ in samples_of(study, case)[: drawing.most]]
-    if not points:
-        return row | {"trouble": "no sample is finished"}
+    points, names = [], []
+    for case in drawing.cases:
+        found = samples_of(study, case)[: drawing.most]
+        if not found:
+            return row | {"trouble": "not all of its samples are finished"}
+        points += [(point, case.stage) for point in found]
+        names += [" ".join(case.where[1:]).strip()] * len(found)
     _say(f"drawing figure {drawing.number}")
     (folder / "figures").mkdir(exist_ok=True)
     try:

@@ -13,6 +13,7 @@ from workflow.engine.environment import engine
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, Study, remaining
 from workflow.study.jobs import Outcome, compute, duration
+from workflow.study.results import RESULTS, write_results
 from workflow.study.sweep import read_sweep
 
 EXAMPLES = """
@@ -30,6 +31,7 @@ a study file; every combination of the lists and seeds is a point:
   [grid]
   mu = [0.15, 0.5]
   rolling = [false, true]
+several tables [[grid]] instead of [grid] are several grids
 """
 
 
@@ -61,6 +63,8 @@ def action(arguments: argparse.Namespace) -> int:
         print(plan(study))
         return 0
     outcome = carry_out(study, arguments)
+    if not outcome.interrupted and write_results(study):
+        print(folder / RESULTS)
     print(f"{folder}: {outcome.done} of {len(study.points)} points done")
     return ended(outcome)
 

@@ -130,8 +130,7 @@ class Study:
             point = wanted.get(str(state.get("digest"))) if state.get("status") == rundir.FINISHED else None
             if point is None or not (path / rundir.ARCHIVE).is_file():
                 continue
-            deck = hashlib.sha256(render(point.scene).encode()).hexdigest()
-            if not any_deck and state.get("hashes", {}).get(DECK) != deck:
+            if not any_deck and not same_deck(point, state):
                 left += 1
                 continue
             own = self.directory(point).path
@@ -204,6 +203,11 @@ def standing_in(path: str) -> Standing:
         return Standing(INTERRUPTED, "it was killed", seconds)
     known = {rundir.PREPARED: WAITING, rundir.FINISHED: DONE, rundir.INTERRUPTED: INTERRUPTED}
     return Standing(known.get(status, FAILED), reason, seconds)
+
+
+def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
+    """The run of record ``state`` has the deck that this version makes of the scene."""
+    return state.get("hashes", {}).get(DECK) == hashlib.sha256(render(point.scene).encode()).hexdigest()
 
 
 def alive(pid: int | None) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 
 from workflow.analysis.groups import Constants
 from workflow.errors import WorkflowError
-from workflow.study.ensemble import DONE, Point, Study
+from workflow.study.ensemble import DONE, Point, Study, same_deck
 from workflow.study.evaluate import Measures, group_of, jackknife, law_of, measured, of_samples
 from workflow.study.papers import Case, Printed
 from workflow.study.scoreboard import Ours, Row, judge
@@ -75,16 +75,19 @@ def _measures(study: Study, points: Sequence[Point], number: Printed) -> tuple[l
 
 def provenance(study: Study, command: str, version: str) -> dict[str, Any]:
     """Where the numbers come from: command, versions, and of the runs how many, when, at what cost."""
-    done = [study.directory(point).state for point in study.points if study.standing(point).status == DONE]
+    points = [point for point in study.points if study.standing(point).status == DONE]
+    done = [study.directory(point).state for point in points]
+    older = sum(not same_deck(point, state) for point, state in zip(points, done, strict=True))
     names = ("workflow", "lammps", "platform")
     versions = {name: sorted({str(state["versions"].get(name)) for state in done}) for name in names}
-    dates = sorted(str(state.get("finished", ""))[:10] for state in done)
+    dates = sorted({str(state.get("finished", ""))[:10] for state in done})
     hours = sum(float(state.get("seconds") or 0.0) for state in done) / 3600.0
     return {
         "command": command,
         "measured with": version,
         "runs": f"{len(done)} of {len(study.points)} finished, {hours:.2f} core hours"
-        + (f", {dates[0]} to {dates[-1]}" if done else ""),
+        + (f", {' to '.join(dict.fromkeys((dates[0], dates[-1])))}" if done else "")
+        + (f"; the deck of {older} of them was made of the same scene by another version" if older else ""),
         "made with": ", ".join(f"{name} {' and '.join(found)}" for name, found in versions.items() if found),
         "seeds and digests": "of every number in scoreboard.csv",
     }  # fmt: skip

@@ -16,7 +16,7 @@ from workflow.study.ensemble import Point
 KEYS = {
     "scene": "name of the scene",
     "fixed": "table of parameters that all points share",
-    "grid": "table of lists; every combination is a point",
+    "grid": "table of lists, every combination is a point; or several such tables",
     "seeds": "number of seeds (1, 2, ...), or a list of seeds",
 }
 MOST_POINTS = 1_000_000
@@ -32,7 +32,7 @@ def read_sweep(path: Path) -> list[Point]:
 
 
 def points_of(declared: Mapping[str, Any]) -> list[Point]:
-    """The points of a declaration: every combination of the lists in ``grid`` with ``fixed``, for every seed.
+    """The points of a declaration: every combination of the lists of a ``grid`` with ``fixed``, for every seed.
 
     The last name of the grid varies fastest but for the seed.  Combinations that make the same scene are one point.
     """
@@ -40,26 +40,34 @@ def points_of(declared: Mapping[str, Any]) -> list[Point]:
         if key not in KEYS:
             allowed = "; ".join(f"{name}: {meaning}" for name, meaning in KEYS.items())
             raise InputError(f"{unknown_name(key, KEYS, 'key')}. Allowed are {allowed}; parameters go into fixed or grid")
-    fixed, grid = _table(declared, "fixed"), _table(declared, "grid")
+    fixed, grids = _table("fixed", declared.get("fixed", {})), declared.get("grid", {})
+    seeds = _seeds(declared["seeds"]) if "seeds" in declared else None
+    scene = {"scene": declared["scene"]} if "scene" in declared else {}
+    chosen = [_full(_table("grid", grid), fixed, seeds) for grid in (grids if isinstance(grids, list) else [grids])]
+    count = sum(math.prod(len(values) for values in grid.values()) for grid in chosen)
+    if not 0 < count <= MOST_POINTS:
+        raise InputError(f"the grid has {count} points, 1 to {MOST_POINTS} are allowed; split the study")
+    return [
+        Point.of({**scene, **fixed, **dict(zip(grid, values, strict=True))})
+        for grid in chosen
+        for values in product(*grid.values())
+    ]
+
+
+def _full(grid: dict[str, Any], fixed: Mapping[str, Any], seeds: list[Any] | None) -> dict[str, Any]:
+    """The grid with its seeds."""
     for name, values in grid.items():
         if not isinstance(values, list) or not values:
             raise InputError(f"grid.{name} = {values!r} is not allowed: it must be a list of values, for example [0.15, 0.5]")
         if name in fixed:
             raise InputError(f"'{name}' stands in fixed and in grid; keep one")
-    seeds = _seeds(declared.get("seeds", 1))
-    if "seeds" in declared and ("seed" in fixed or "seed" in grid):
+    given = "seed" in fixed or "seed" in grid
+    if seeds is not None and given:
         raise InputError("'seed' stands beside seeds; keep one")
-    if "seed" not in fixed and "seed" not in grid:
-        grid = {**grid, "seed": seeds}
-    count = math.prod(len(values) for values in grid.values())
-    if count > MOST_POINTS:
-        raise InputError(f"the grid has {count} points, at most {MOST_POINTS} are allowed; split the study")
-    scene = {"scene": declared["scene"]} if "scene" in declared else {}
-    return [Point.of({**scene, **fixed, **dict(zip(grid, chosen, strict=True))}) for chosen in product(*grid.values())]
+    return grid if given else {**grid, "seed": seeds or [1]}
 
 
-def _table(declared: Mapping[str, Any], key: str) -> dict[str, Any]:
-    table = declared.get(key, {})
+def _table(key: str, table: Any) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise InputError(f"{key} = {table!r} is not allowed: it must be a table, [{key}] with lines NAME = VALUE")
     if "scene" in table:

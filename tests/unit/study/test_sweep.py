@@ -35,6 +35,14 @@ def test_every_combination_once() -> None:
     assert {point.digest for point in points} == expected
 
 
+def test_several_grids_are_joined() -> None:
+    """One parameter at a time around a reference, which two grids share."""
+    points = points_of({**SMALL, "grid": [{"mu": [0.5, 0.3]}, {"zeta": [0.8, 0.2], "seed": [1, 2]}]})
+    found = [(point.scene.mu, point.scene.zeta, point.scene.seed) for point in points]  # type: ignore[union-attr]
+    assert found == [(0.5, 0.8, 1), (0.3, 0.8, 1), (0.5, 0.8, 1), (0.5, 0.8, 2), (0.5, 0.2, 1), (0.5, 0.2, 2)]
+    assert points[0].digest == points[2].digest
+
+
 def test_same_scene_twice_is_one_point(tmp_path: Path) -> None:
     """2 and 2.0, an explicit default, a repeated value: all the same run."""
     points = points_of({**SMALL, "grid": {"mu": [0.5, 0.5], "kappa": [100000, 1e5]}, "seeds": [1, 1]})
@@ -52,6 +60,8 @@ def test_same_scene_twice_is_one_point(tmp_path: Path) -> None:
         ({**SMALL, "grid": {"mu": []}}, "must be a list of values"),
         ({**SMALL, "grid": {"mu": [0.5, "rough"]}}, "mu = 'rough' is not allowed"),
         ({**SMALL, "grid": {"n": [60, 70]}}, "'n' stands in fixed and in grid"),
+        ({**SMALL, "grid": []}, "the grid has 0 points"),
+        ({**SMALL, "grid": [{"mu": [0.1]}, 3]}, "grid = 3 is not allowed: it must be a table"),
         ({**SMALL, "seeds": 0}, "seeds = 0 is not allowed"),
         ({**SMALL, "seeds": True}, "seeds = True is not allowed"),
         ({**SMALL, "seeds": 2, "grid": {"seed": [1]}}, "'seed' stands beside seeds"),

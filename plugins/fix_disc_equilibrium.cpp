@@ -86,6 +86,7 @@ int FixDiscEquilibrium::modify_param(int narg, char **arg)
 {
   if (strcmp(arg[0], "stress") != 0) return 0;
   since = -1.0;
+  changed = now();
   return parse_stress(0, narg, arg);
 }
 
@@ -99,7 +100,7 @@ void FixDiscEquilibrium::init()
     error->all(FLERR, "fix disc/equilibrium: 'aggregates yes' needs 'atom_modify map array' or 'map hash'");
 }
 
-/* The clocks go on: through stages, and from a checkpoint. */
+/* The clocks go on: through stages, and from a checkpoint; a new stress starts them again. */
 void FixDiscEquilibrium::setup(int)
 {
   measure();
@@ -253,8 +254,12 @@ void FixDiscEquilibrium::label_aggregates()
   int changed = 1;
   while (changed) {
     changed = 0;
-    for (int i = 0; i < nall; i++)
-      label[find(i)] = std::min(label[find(i)], label[i]);
+    for (int i = 0; i < nall; i++) {
+      double &smallest = label[find(i)];
+      if (label[i] >= smallest) continue;
+      smallest = label[i];
+      changed = 1;    // news for other ranks even where every other label of the set knew it
+    }
     for (int i = 0; i < nall; i++) {
       const double smallest = label[find(i)];
       if (label[i] != smallest) changed = 1;

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 using disc::Grain;
@@ -280,10 +281,11 @@ void FixDiscHistory::remember()
   for (int c = 0; c < close.count; c++) {
     const PairMemory m = close.memory(c);
     const int i = close.i[c], j = close.j[c];
-    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0) continue;
+    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0 && m.viscous == 0.0) continue;
     partners[i].push_back({tag[j], m});
     // with newton off the owner of a ghost has a record of its own
-    if (newton || j < nlocal) partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways}});
+    if (newton || j < nlocal)
+      partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways, m.viscous}});
   }
   if (newton) comm->reverse_comm_variable(this);
   maxexchange = FORCE + 1;
@@ -380,6 +382,7 @@ int FixDiscHistory::pack_partners(int i, double *buf) const
     buf[m++] = p.memory.rotation;
     buf[m++] = p.memory.speed;
     buf[m++] = p.memory.sideways;
+    buf[m++] = p.memory.viscous;
   }
   return m;
 }
@@ -389,7 +392,8 @@ int FixDiscHistory::unpack_partners(int i, const double *buf)
 {
   int m = 0;
   for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
-    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4]}});
+    partners[i].push_back(
+        {static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4], buf[m + 5]}});
     m += ENTRY;
   }
   return m;
@@ -466,6 +470,15 @@ void FixDiscHistory::restart(char *buf)
   double since = state[6];
   restored_time = state[5];
   restored_since = static_cast<bigint>(ubuf(since).i);
+}
+
+/* fix_modify DISC_HISTORY forces anew: the run that ended with the restart file is over, the next one starts as any
+ * other */
+int FixDiscHistory::modify_param(int narg, char **arg)
+{
+  if (narg < 2 || strcmp(arg[0], "forces") != 0 || strcmp(arg[1], "anew") != 0) return 0;
+  restored_step = -1;
+  return 2;
 }
 
 bool FixDiscHistory::goes_on() const { return update->ntimestep == restored_step; }

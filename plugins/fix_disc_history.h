@@ -34,6 +34,7 @@ public:
   ~FixDiscHistory() override;
   int setmask() override;
   void init() override;
+  int modify_param(int, char **) override;
   void setup_pre_exchange() override;
   void setup_post_neighbor() override { post_neighbor(); }
   void post_integrate() override;
@@ -97,7 +98,7 @@ private:
     tagint tag;
     disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 5;    // doubles per partner on the wire
+  static constexpr int ENTRY = 6;    // doubles per partner on the wire
   static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();

@@ -121,9 +121,12 @@ void PairDisc::evaluate_standing()
   history->choose_close();
   const disc::Contacts before = history->close;
   evaluate();
-  history->close.speed = before.speed;
-  history->close.sideways = before.sideways;
-  if (history->goes_on()) history->close.rotation = before.rotation;
+  if (history->goes_on()) {
+    history->close = before;
+  } else {
+    history->close.speed = before.speed;
+    history->close.sideways = before.sideways;
+  }
 }
 
 void PairDisc::compute(int eflag, int vflag)

@@ -22,28 +22,38 @@ from workflow.analysis.heap import dip, mean_profile
 from workflow.errors import InputError
 
 N = ["--grains", "500"]
-CASES: dict[str, tuple[list[str], int]] = {
-    "n 36": (N, 10),
-    "Hooke 500": ([*N, "--hooke", "500"], 10),
-    "n 144 short tail": ([*N, "--index", "144", "--cutoff", "1.047"], 10),
-    "n 144 long tail": ([*N, "--index", "144"], 10),
-    "polydisperse 5 %": ([*N, "--polydispersity", "0.05"], 10),
-    "polydisperse 10 %": ([*N, "--polydispersity", "0.1"], 10),
-    "mu 0.2": ([*N, "--mu", "0.2"], 10),
-    "mu 0.6": ([*N, "--mu", "0.6"], 10),
-    "printed damping": ([*N, "--printed-damping"], 10),
-    "printed rotation": ([*N, "--printed-rotation"], 10),
-    "spacing 1.0": ([*N, "--spacing", "1.0"], 10),
-    "spacing 1.4": ([*N, "--spacing", "1.4"], 10),
+SHORT, LONG, HOOKE = ["--index", "144", "--cutoff", "1.047"], ["--index", "144"], ["--hooke", "500"]
+CASES: dict[str, tuple[list[str], int]] = {  # options, seeds
+    "n 36": ([], 10),
+    "Hooke": (HOOKE, 10),
+    "n 144 short tail": (SHORT, 10),
+    "n 144 long tail": (LONG, 10),
+    "500: n 36": (N, 10),
+    "500: Hooke": ([*N, *HOOKE], 10),
+    "500: n 144 short tail": ([*N, *SHORT], 10),
+    "500: n 144 long tail": ([*N, *LONG], 10),
+    "500: mu 0.2": ([*N, "--mu", "0.2"], 10),
+    "500: mu 0.6": ([*N, "--mu", "0.6"], 10),
+    "500: polydisperse 5 %": ([*N, "--polydispersity", "0.05"], 10),
+    "500: polydisperse 10 %": ([*N, "--polydispersity", "0.1"], 10),
+    "500: printed damping": ([*N, "--printed-damping"], 4),
+    "500: printed rotation": ([*N, "--printed-rotation"], 4),
+    "500: spacing 1.0": ([*N, "--spacing", "1.0"], 4),
+    "500: spacing 1.4": ([*N, "--spacing", "1.4"], 4),
+    "500: drop 20": ([*N, "--drop-height", "20"], 4),
+    "500: feed from one place": ([*N, "--feed-half-width", "0.1"], 4),
+    "500: wide feed": ([*N, "--feed-half-width", "9"], 4),
+    "500: slow feed": ([*N, "--feed-rate", "0.2"], 2),
+    "500: half the step": ([*N, "--steps-per-period", "28"], 4),
+    "500: scheme of the paper": ([*N, "--scheme", "paper", "--steps-per-period", "20"], 4),
     "flat floor": (["--grains", "200", "--base", "flat"], 1),
     "pyramid": ([*N, "--start", "pyramid", "--spacing", "1.0"], 1),
-    "1334 grains": ([], 10),
 }
 
 
 def folder(case: str, seed: int, runs: Path) -> Path:
     """Where a run lives."""
-    return runs / f"{case}-{seed}".replace(" ", "_").replace("%", "pc")
+    return runs / f"{case}-{seed}".replace(" ", "_").replace("%", "pc").replace(":", "")
 
 
 def make(case: str, seed: int, runs: Path) -> None:

@@ -16,6 +16,7 @@ from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
+from workflow.scene.method2 import Method2
 
 EXAMPLES = """
 wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
@@ -53,6 +54,10 @@ def action(arguments: argparse.Namespace) -> int:
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)
+    if isinstance(scene, Method2):
+        for stage in ("aggregate", "relax"):
+            if (other := scene.step_of(stage)).step != choice.step:
+                print(f"step in {stage} {other.step:.3g} T0: {other.reason}", file=sys.stderr)
     if not isinstance(scene, Heap) and scene.compression_time > scene.max_time:
         print(f"the compression alone takes about {scene.compression_time:.0f} T0: raise --max-time", file=sys.stderr)
     left_out = scene.left_out()
@@ -90,6 +95,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     stress, residual, energy = measures["stress"], measures["energy_residual"], measures["kinetic_energy"]
     unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
     rumpf, state = measures["rumpf_ratio"], {True: "in", False: "NOT in", None: "not judged for"}[measures["equilibrated"]]
+    imposed = "none, fixed cell" if stress["targets"][0] is None else f"{stress['targets'][0]:g}"
     shares = "  ".join(f"x{k} {100 * share:.1f}" for k, share in enumerate(measures["neighbour_shares"]))
     rows = [
         ("solid fraction", f"{measures['solid_fraction']:.4f}"),
@@ -101,7 +107,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         ("neighbours [%]", shares),
         (
             "stress",
-            f"xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {stress['targets'][0]:g})",
+            f"xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {imposed})",
         ),
         (
             "Rumpf ratio",

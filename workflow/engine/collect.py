@@ -121,7 +121,11 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
     Overlap and approach are those of the rows of the time series, the largest of each.
     """
     step, law = scene.step_choice.step, scene.law_in_units
-    approach = float(series["approach"].max()) if series else 0.0
+    approach = longest = 0.0
+    if series:
+        approach = float(series["approach"].max())
+        steps = {number: scene.step_of(stage).step for number, stage in scene.stages.items()}
+        longest = float(max(series["approach"] * [steps[int(number)] for number in series["stage"]]))
     return {
         "step": step,
         "step_reason": scene.step_choice.reason,
@@ -130,7 +134,7 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
         "largest_overlap": (overlap := float(series["overlap"].max()) if series else 0.0),
         "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
         "fastest_approach": approach,
-        "steps_in_tail": law.d0 / (approach * step) if law.f0 > 0 and approach > 0 else None,
+        "steps_in_tail": law.d0 / longest if law.f0 > 0 and longest > 0 else None,
     }
 
 

@@ -87,7 +87,7 @@ class Heap(Parameters):
     step: float | None = quantity(
         None, float, "time step, default from the hardest impact", unit="T0", low=1e-9, high=1.0, automatic=True
     )
-    steps_per_period: float = quantity(20.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    steps_per_period: float = quantity(14.0, float, "steps per stiffest period", low=4.0, high=1e4)
     skin: float | None = quantity(
         None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True
     )

@@ -21,9 +21,8 @@ class Method1(Packing):
 
     @property
     def approach_speed(self) -> float:
-        """Speed of grains just before they jam, sqrt(2 P dA/sum(m)) from the work of the pressure on the shrinking cell."""
-        mean_mass = 4.0 / math.pi * self.mean_area
-        return math.sqrt(2.0 * self.pressure * self.mean_area * (1.0 / self.phi0 - 1.0 / 0.8) / mean_mass)
+        """Speed of grains just before they jam, from the work of the pressure on the shrinking cell."""
+        return self.fall_speed(self.pressure)
 
     @property
     def berendsen_modulus(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from workflow.errors import InputError
 from workflow.scene.grains import Discs, maxwell
 from workflow.scene.packing import Packing
-from workflow.scene.parts import Law
+from workflow.scene.parts import Law, Step, choose_step
 from workflow.scene.quantity import quantity
 
 # The paper's sets (sec. III B 2); what is given on top replaces the set's value.
@@ -102,14 +102,28 @@ class Method2(Packing):
 
     @property
     def approach_speed(self) -> float:
-        """Root mean square of the relative velocity of two grains of the gas, sqrt(2) V0."""
-        return math.sqrt(2.0) * self.speed
+        """Speed at which grains of the aggregate meet: what P* and, from rest, the attraction give them, sqrt(2) V*."""
+        return math.hypot(self.fall_speed(self.pressure), math.sqrt(2.0 * self.d0))
 
     @cached_property
     def soft_law(self) -> Law:
         """The law until the stiffness grows."""
         law, ratio = self.law_in_units, self.soft_kappa / self.kappa
         return replace(law, kn=law.kn * ratio, kt=law.kt * ratio, kr=law.kr * ratio)
+
+    @cached_property
+    def step_choice(self) -> Step:
+        """The time step of the stages under load, from the stiffest contacts of any stage."""
+        stiffest = max(self.law_in_units, self.soft_law, key=lambda law: law.kn)
+        return choose_step(stiffest, self.smallest, self.approach_speed, self)
+
+    def step_of(self, stage: str) -> Step:
+        """That of soft contacts until they stiffen; in the gas it resolves the tail at sqrt(2) V0, the root mean square of
+        the relative velocity."""
+        if stage not in ("start", "aggregate", "relax", "free"):
+            return self.step_choice
+        speed = self.approach_speed if stage in ("relax", "free") else math.sqrt(2.0) * self.speed
+        return choose_step(self.soft_law, self.smallest, speed, self)
 
     @property
     def softest(self) -> float:
@@ -152,4 +166,5 @@ class Method2(Packing):
             "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
             "stiffer": self.law_in_units.kn / soft.kn,
             "stiffening": self.stiffening, "quiet": self.quiet,
+            "gas_step": self.step_of("aggregate").step, "soft_step": self.step_of("relax").step,
         }  # fmt: skip

@@ -96,6 +96,15 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         """The time step with its reason."""
         return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
 
+    def step_of(self, stage: str) -> Step:
+        """The time step of a stage; one step for all unless stiffness or speeds change on the way."""
+        return self.step_choice
+
+    def fall_speed(self, pressure: float) -> float:
+        """Speed of grains on which a pressure has done work until they jam, sqrt(2 P dA/sum(m)) [a/T0]."""
+        mean_mass = 4.0 / math.pi * self.mean_area
+        return math.sqrt(2.0 * pressure * self.mean_area * (1.0 / self.phi0 - 1.0 / 0.8) / mean_mass)
+
     @property
     def neighbour_skin(self) -> float:
         """Skin of the neighbour list [a]."""

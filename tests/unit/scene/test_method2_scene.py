@@ -100,7 +100,19 @@ def test_stages_know_their_law_and_stress() -> None:
 
 
 def test_fast_gas_takes_a_smaller_step() -> None:
-    """Five steps in the tail at the root mean square of the relative velocity."""
-    fast = Method2(n=50, v0=95.0)
-    assert fast.step_choice.step * 5.0 * math.sqrt(2.0) * 95.0 * math.sqrt(1e-3) == pytest.approx(1e-3)
-    assert Method2(n=50, v0=9.48).step_choice.step == Method2(n=50, v0=0.0).step_choice.step
+    """Five steps in the tail at the root mean square of the relative velocity; the aggregate is not fast any more."""
+    fast, usual = Method2(n=50, v0=95.0), Method2(n=50, v0=9.48)
+    assert fast.step_of("aggregate").step * 5.0 * math.sqrt(2.0) * 95.0 * math.sqrt(1e-3) == pytest.approx(1e-3)
+    assert {fast.step_of(stage).step for stage in list(fast.stages.values())[1:]} == {usual.step_choice.step}
+    assert usual.step_of("aggregate").step == Method2(n=50, v0=0.0).step_choice.step
+
+
+def test_soft_contacts_take_a_longer_step() -> None:
+    """In proportion to 1/sqrt(kappa), as G07 sec. III B 2 says, unless the tail sets it; hard ones whatever the order."""
+    scene = Method2(series="B", v0=0.1, pstar=0.0)
+    assert scene.step_of("relax").step == pytest.approx(10.0 * scene.step_of("load").step)
+    assert scene.step_of("stiffen") == scene.step_of("settle") == scene.step_choice
+    softer = Method2(kappa=1e3, soft_kappa=1e5)
+    assert softer.step_of("stiffen").step == Method2(kappa=1e5).step_choice.step
+    given = Method2(series="B", step=1e-4)
+    assert {given.step_of(stage).step for stage in given.stages.values()} == {1e-4}

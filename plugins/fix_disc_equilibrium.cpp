@@ -101,7 +101,11 @@ void FixDiscEquilibrium::init()
 }
 
 /* The clocks go on: through stages, and from a checkpoint; a new stress starts them again. */
-void FixDiscEquilibrium::setup(int) { measure(); }
+void FixDiscEquilibrium::setup(int)
+{
+  measure();
+  figure[HELD] = since < 0.0 ? 0.0 : now() - since;
+}
 
 double FixDiscEquilibrium::now() const
 {

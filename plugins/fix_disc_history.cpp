@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 using disc::Grain;
@@ -62,7 +63,8 @@ void FixDiscHistory::load(int from, int to)
   const double *const x = atom->x[0], *const v = atom->v[0], *const w = atom->omega[0], *const r = atom->radius,
                       *const m = atom->rmass;
   for (int i = from, k = 3 * from; i < to; i++, k += 3)
-    grains[i] = {x[k], x[k + 1], v[k], v[k + 1], w[k + 2], r[i] * w[k + 2], r[i], 1.0 / m[i]};
+    grains[i] = {x[k],     x[k + 1],        v[k], v[k + 1],
+                 w[k + 2], r[i] * w[k + 2], r[i], atom->mask[i] & fixed ? 0.0 : 1.0 / m[i]};
 }
 
 void FixDiscHistory::load_actions()
@@ -70,6 +72,16 @@ void FixDiscHistory::load_actions()
   const double *const f = atom->f[0], *const torque = atom->torque[0];
   for (int i = 0, k = 0; i < atom->nlocal; i++, k += 3)
     actions[i] = {f[k], f[k + 1], torque[k + 2], 0.0};
+}
+
+void FixDiscHistory::begin_actions()
+{
+  std::fill(actions.begin(), actions.end(), disc::Action());
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!(atom->mask[i] & fixed)) {
+      actions[i].fx = atom->rmass[i] * gravity[0];
+      actions[i].fy = atom->rmass[i] * gravity[1];
+    }
 }
 
 void FixDiscHistory::store() const
@@ -188,18 +200,26 @@ void FixDiscHistory::choose_close()
   close.pad();
 }
 
-void FixDiscHistory::rescale(double springs, double viscosity)
+void FixDiscHistory::rescale(double springs)
 {
   for (int c = 0; c < close.count; c++) {
     close.stretch[c] *= springs;
     close.rotation[c] *= springs;
-    close.eta[c] *= viscosity;
   }
-  for (Neighbours &p : neighbours)
-    p.eta *= viscosity;
 }
 
-/* d|b|/dt in the middle of the step, as the kernels compute it */
+/* Computed from the law as it is now, as when lists are made: a run that resumes here has the same bits. */
+void FixDiscHistory::renew_viscosity()
+{
+  const auto *law = dynamic_cast<PairDisc *>(force->pair);
+  for (Neighbours &p : neighbours)
+    p.eta = law->viscosity(p.i, p.j);
+  for (int c = 0; c < close.count; c++)
+    close.eta[c] = neighbours[close.at[c]].eta;
+}
+
+/* d|b|/dt and the sliding velocity in the middle of the step, as the kernels compute them (the latter for discs that
+   touch) */
 PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
 {
   if (!second_order) return {};
@@ -208,7 +228,8 @@ PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
   const double ux = motion.carry[0] * (b.vx - a.vx) + motion.affine[0] * bx;
   const double uy = motion.carry[1] * (b.vy - a.vy) + motion.affine[1] * by;
   const double un = (bx * ux + by * uy) / distance, ut = (bx * uy - by * ux) / distance;
-  return {0.0, 0.0, un - 0.5 * motion.dt * ut * ut / distance};
+  const double turn = 0.5 * motion.dt * ut / distance;
+  return {0.0, 0.0, un - turn * ut, ut + turn * un - (a.rw + b.rw)};
 }
 
 /* ---- from the records to the grains ---- */
@@ -250,10 +271,10 @@ void FixDiscHistory::remember()
   for (int c = 0; c < close.count; c++) {
     const PairMemory m = close.memory(c);
     const int i = close.i[c], j = close.j[c];
-    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0) continue;
+    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0) continue;
     partners[i].push_back({tag[j], m});
     // with newton off the owner of a ghost has a record of its own
-    if (newton || j < nlocal) partners[j].push_back({tag[i], {m.stretch, -m.rotation, m.speed}});
+    if (newton || j < nlocal) partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways}});
   }
   if (newton) comm->reverse_comm_variable(this);
   maxexchange = FORCE + 1;
@@ -295,7 +316,8 @@ void FixDiscHistory::post_neighbor()
     }
   }
   grains.resize(nlocal + atom->nghost);
-  actions.assign(nlocal + atom->nghost, disc::Action());
+  actions.resize(nlocal + atom->nghost);
+  begin_actions();
   margin = neighbor->skin - range;
   close_margin = 0.0;    // `close` is made before the next evaluation
   from_partners = true;
@@ -345,6 +367,7 @@ int FixDiscHistory::pack_partners(int i, double *buf) const
     buf[m++] = p.memory.stretch;
     buf[m++] = p.memory.rotation;
     buf[m++] = p.memory.speed;
+    buf[m++] = p.memory.sideways;
   }
   return m;
 }
@@ -354,7 +377,7 @@ int FixDiscHistory::unpack_partners(int i, const double *buf)
 {
   int m = 0;
   for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
-    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3]}});
+    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4]}});
     m += ENTRY;
   }
   return m;
@@ -431,6 +454,14 @@ void FixDiscHistory::restart(char *buf)
   double since = state[6];
   restored_time = state[5];
   restored_since = static_cast<bigint>(ubuf(since).i);
+}
+
+/* fix_modify DISC_HISTORY fresh: what follows is a run of its own, though no step has passed since the restart. */
+int FixDiscHistory::modify_param(int, char **arg)
+{
+  if (strcmp(arg[0], "fresh") != 0) return 0;
+  restored_step = -1;
+  return 1;
 }
 
 bool FixDiscHistory::goes_on() const { return update->ntimestep == restored_step; }

@@ -60,6 +60,7 @@ public:
   // LAMMPS's arrays -> grains, actions; and back
   void load(int first, int last);
   void load_actions();
+  void begin_actions();    // nothing but the weights of the grains of this rank
   void store() const;
   void store_actions() const;
 
@@ -67,20 +68,25 @@ public:
   void moved(double largest, const double *stretch);
   void require_number(double) const;
   bool rebuild_due() const { return margin <= 0.0; }
-  void choose_close();                               // if the margin of `close` is used up
-  void rescale(double springs, double viscosity);    // what contacts remember, when the law changes
-  int find(int i, int j) const;                      // place in `close`, -1 if not there
-  bool goes_on() const;    // this step continues a run from its restart file, which holds its forces
+  void choose_close();             // if the margin of `close` is used up
+  void rescale(double springs);    // what contacts remember, when the law changes
+  void renew_viscosity();          // after the law has changed
+  int find(int i, int j) const;    // place in `close`, -1 if not there
+  int modify_param(int, char **) override;
+  bool goes_on() const;            // this step continues a run from its restart file, which holds its forces
   void restore_forces() const;
   bool current() const { return listed; }    // the lists belong to the grains and ghosts as they lie now
 
   std::vector<disc::Grain> grains;      // owned and ghosts
   std::vector<disc::Action> actions;    // zero between steps for ghosts
   disc::Contacts close;
-  disc::Sums lost;              // dissipated so far, of this rank; the pair style adds to it
-  disc::Motion motion;          // since the last evaluation
-  bool second_order = false;    // see disc::Motion; set by the pair style
-  double range = 0.0;           // gap up to which the law acts; set by the pair style
+  disc::Sums lost;                   // dissipated so far, of this rank; the pair style adds to it
+  disc::Motion motion;               // since the last evaluation
+  bool second_order = false;         // see disc::Motion; set by the pair style
+  double range = 0.0;                // gap up to which the law acts; set by the pair style
+  double turned = -1.0;              // factor on the memory `rotation` seen from the other grain; set by the pair style
+  double gravity[2] = {0.0, 0.0};    // set by fix disc/integrate, like the next
+  int fixed = 0;                     // group bit of grains that do not move and have no weight
 
 private:
   struct Neighbours {
@@ -91,7 +97,7 @@ private:
     tagint tag;
     disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 4;    // doubles per partner on the wire
+  static constexpr int ENTRY = 5;    // doubles per partner on the wire
   static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();

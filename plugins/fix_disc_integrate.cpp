@@ -7,6 +7,7 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "group.h"
 #include "modify.h"
 #include "pair_disc.h"
 #include "update.h"
@@ -22,7 +23,7 @@ FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp,
 {
   time_integrate = 1;
   vector_flag = 1;
-  size_vector = 7;
+  size_vector = 8;
   global_freq = 1;
   extvector = 0;
   restart_global = 1;
@@ -45,8 +46,10 @@ void FixDiscIntegrate::parse(int k, int narg, char **arg)
 {
   while (k < narg) {
     const std::string keyword = arg[k];
-    if (keyword == "stress") {
-      k += parse_stress(k, narg, arg);
+    if (keyword == "stress" || keyword == "gravity" || keyword == "fixed") {
+      k += keyword == "stress"    ? parse_stress(k, narg, arg)
+           : keyword == "gravity" ? parse_gravity(k, narg, arg)
+                                  : parse_fixed(k, narg, arg);
       continue;
     }
     double *value = keyword == "mass"         ? &mass_factor
@@ -55,7 +58,9 @@ void FixDiscIntegrate::parse(int k, int narg, char **arg)
                     : keyword == "drag"       ? &drag
                                               : nullptr;
     if (!value)
-      error->all(FLERR, "fix disc/integrate: unknown keyword '{}'; known are: stress mass rate convention drag",
+      error->all(FLERR,
+                 "fix disc/integrate: unknown keyword '{}'; known are: stress mass rate convention drag "
+                 "gravity fixed",
                  keyword);
     if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword '{}' needs a value", keyword);
     *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
@@ -84,6 +89,26 @@ int FixDiscIntegrate::parse_stress(int k, int narg, char **arg)
   stress_control = axis[0].controlled || axis[1].controlled;
   return 3;
 }
+
+int FixDiscIntegrate::parse_gravity(int k, int narg, char **arg)
+{
+  if (k + 2 >= narg) error->all(FLERR, "fix disc/integrate: keyword 'gravity' needs two values, g_x and g_y");
+  for (int a = 0; a < 2; a++)
+    gravity[a] = utils::numeric(FLERR, arg[k + 1 + a], false, lmp);
+  return 3;
+}
+
+int FixDiscIntegrate::parse_fixed(int k, int narg, char **arg)
+{
+  if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword 'fixed' needs a group");
+  const int found = group->find(arg[k + 1]);
+  if (found < 0)
+    error->all(FLERR, "fix disc/integrate: there is no group '{}' to hold; define it before the fix", arg[k + 1]);
+  fixed = group->bitmask[found];
+  return 2;
+}
+
+bool FixDiscIntegrate::moves(int i) const { return !(atom->mask[i] & fixed); }
 
 int FixDiscIntegrate::modify_param(int narg, char **arg)
 {
@@ -128,7 +153,7 @@ void FixDiscIntegrate::post_neighbor()
   inertia_of.resize(atom->nlocal);
   for (int i = 0; i < atom->nlocal; i++) {
     const double m = atom->rmass[i], r = atom->radius[i];
-    inertia_of[i] = {m, 2.0 / (m * r * r)};    // I = m R^2/2
+    inertia_of[i] = moves(i) ? disc::Inertia{m, 2.0 / (m * r * r)} : disc::Inertia{0.0, 0.0};    // I = m R^2/2
   }
 }
 
@@ -140,6 +165,13 @@ void FixDiscIntegrate::init()
   if (stress_control && inertia <= 0.0)
     error->all(FLERR, "fix disc/integrate: the grains have no mass; define the fix after the masses");
   pair->wants_stress = pair->wants_stress || stress_control;
+  history->fixed = fixed;
+  std::copy(gravity, gravity + 2, history->gravity);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!moves(i)) {
+      std::fill(atom->v[i], atom->v[i] + 3, 0.0);
+      std::fill(atom->omega[i], atom->omega[i] + 3, 0.0);
+    }
 }
 
 void FixDiscIntegrate::setup(int)
@@ -204,6 +236,7 @@ template <bool FINISH, bool BEGIN, bool SHIFT> void FixDiscIntegrate::pass()
   const double dt = update->dt;
   disc::Kick half;
   half.dt = 0.5 * dt;
+  std::copy(gravity, gravity + 2, half.gravity);
   half.kept_spin = std::exp(-drag * half.dt);
   for (int a = 0; a < 2; a++)
     half.kept[a] =
@@ -308,7 +341,10 @@ double FixDiscIntegrate::compute_vector(int n)
   default:
     break;
   }
-  double total = dragged;
+  double total = n == 6 ? dragged : 0.0;
+  if (n == 7)
+    for (int i = 0; i < atom->nlocal; i++)
+      if (moves(i)) total -= atom->rmass[i] * (gravity[0] * atom->x[i][0] + gravity[1] * atom->x[i][1]);
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   return total;
 }

@@ -11,7 +11,7 @@
 namespace LAMMPS_NS
 {
 
-/* fix ID all disc/integrate [stress S_x S_y] [mass m] [rate r] [convention c] [drag g]
+/* fix ID all disc/integrate [stress S_x S_y] [mass m] [rate r] [convention c] [drag g] [gravity g_x g_y] [fixed GROUP]
 
    Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control (G07 eq. 3).
 
@@ -23,11 +23,14 @@ namespace LAMMPS_NS
 
    drag g           relaxation aid, not part of the law: -g m v, -g I w and -g M d eps/dt (default 0)
 
+   gravity g_x g_y   acceleration of every grain (default 0 0); weights are part of the forces on the atoms
+   fixed GROUP       grains of this group stay where they are, whatever acts on them; their forces read 0
+
    fix_modify ID stress S_x S_y   starts a new stage: new targets, strain measured from the present cell
    fix_modify ID drag g           switches the drag on or off
 
    Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 M; 7 energy taken by the
-   drag. */
+   drag; 8 potential energy of the weights, - sum of m g.x over the grains that move. */
 class FixDiscIntegrate : public Fix
 {
 public:
@@ -60,6 +63,9 @@ private:
 
   void parse(int, int, char **);
   int parse_stress(int, int, char **);
+  int parse_gravity(int, int, char **);
+  int parse_fixed(int, int, char **);
+  bool moves(int i) const;
   void check() const;
   void begin_stage();
   template <bool FINISH, bool BEGIN, bool SHIFT> void pass();
@@ -73,6 +79,8 @@ private:
   Axis axis[2];
   std::vector<disc::Inertia> inertia_of;    // per grain
   bool stress_control = false;
+  double gravity[2] = {0.0, 0.0};
+  int fixed = 0;    // group bit
   double mass_factor = 0.3, inertia = 0.0, rate_cap = 0.0, convention = 0.0, drag = 0.0, work = 0.0, dragged = 0.0;
   class PairDisc *pair = nullptr;
   class FixDiscHistory *history = nullptr;

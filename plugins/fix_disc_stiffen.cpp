@@ -80,8 +80,9 @@ void FixDiscStiffen::pre_force(int)
   if (update->setupflag || now == factor || (update->ntimestep - begun) % nevery != 0) return;
   pair->choose_close();
   const double before = stored(), ratio = reached(update->ntimestep) / now;
-  history->rescale(1.0 / ratio, std::sqrt(ratio));
+  history->rescale(1.0 / ratio);
   set(reached(update->ntimestep));
+  history->renew_viscosity();
   work += stored() - before;
 }
 

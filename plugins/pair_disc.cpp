@@ -113,15 +113,18 @@ void PairDisc::evaluate()
   history->lost.rolling += sums.rolling;
 }
 
-/* Before a run: no time passes, velocities are those of this moment, the memory of earlier ones stays. */
+/* Before a run: no time passes, velocities are those of this moment, the memory of earlier ones stays; and all of it
+   where a run goes on from a restart. */
 void PairDisc::evaluate_standing()
 {
   history->motion.dt = history->motion.ahead = 0.0;
   history->motion.carry[0] = history->motion.carry[1] = 1.0;
   history->choose_close();
-  const std::vector<double> speed = history->close.speed;
+  const disc::Contacts before = history->close;
   evaluate();
-  history->close.speed = speed;
+  history->close.speed = before.speed;
+  history->close.sideways = before.sideways;
+  if (history->goes_on()) history->close.rotation = before.rotation;
 }
 
 void PairDisc::compute(int eflag, int vflag)
@@ -132,7 +135,7 @@ void PairDisc::compute(int eflag, int vflag)
                force->pair_style);
   const int nlocal = atom->nlocal;
   history->load(0, nlocal + atom->nghost);
-  std::fill(history->actions.begin(), history->actions.end(), disc::Action());
+  history->begin_actions();
   const bool stress_at_every_step = wants_stress;
   wants_stress = wants_stress || vflag_global;
   if (update->setupflag)
@@ -144,6 +147,7 @@ void PairDisc::compute(int eflag, int vflag)
 
   double *const f = atom->f[0], *const torque = atom->torque[0];
   for (int i = 0, k = 0; i < nlocal; i++, k += 3) {
+    if (atom->mask[i] & history->fixed) continue;
     const disc::Action &a = history->actions[i];
     f[k] += a.fx;
     f[k + 1] += a.fy;

@@ -107,6 +107,7 @@ void PairDiscCohesive::init_style()
 {
   PairDisc::init_style();
   history->second_order = second_order;
+  history->turned = -1.0;    // dtheta seen from the other grain is the opposite
   if (!allocated) error->all(FLERR, "pair_style disc/cohesive has no coefficients: use 'pair_coeff * * kn ...'");
 }
 

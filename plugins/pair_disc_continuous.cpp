@@ -40,11 +40,22 @@ constexpr Keyword KEYWORDS[] = {{"force", &ContinuousLaw::force},
 
 void PairDiscContinuous::settings(int narg, char **arg)
 {
-  account = true;
-  if (narg == 0) return;
-  if (narg != 2 || strcmp(arg[0], "account") != 0)
-    error->all(FLERR, "pair_style disc/continuous: '{}' is not known; known is: account yes|no", arg[0]);
-  account = utils::logical(FLERR, arg[1], false, lmp);
+  account = second_order = true;
+  for (int k = 0; k < narg; k += 2) {
+    const std::string keyword = arg[k];
+    if (keyword != "account" && keyword != "scheme")
+      error->all(FLERR,
+                 "pair_style disc/continuous: unknown keyword '{}'; known are: account yes|no, scheme second|paper",
+                 keyword);
+    if (k + 1 >= narg) error->all(FLERR, "pair_style disc/continuous: keyword '{}' needs a value", keyword);
+    const std::string value = arg[k + 1];
+    if (keyword == "account")
+      account = utils::logical(FLERR, value, false, lmp);
+    else if (value == "second" || value == "paper")
+      second_order = value == "second";
+    else
+      error->all(FLERR, "pair_style disc/continuous: scheme '{}' is unknown; known are: second, paper", value);
+  }
 }
 
 void PairDiscContinuous::coeff(int narg, char **arg)
@@ -107,6 +118,8 @@ void PairDiscContinuous::init_style()
 {
   largest = largest_diameter();
   PairDisc::init_style();
+  history->second_order = second_order;
+  history->turned = 1.0;    // T is the same seen from both grains
   if (!allocated) error->all(FLERR, "pair_style disc/continuous has no coefficients: use 'pair_coeff * * index ...'");
 }
 
@@ -125,6 +138,7 @@ void PairDiscContinuous::write_restart(FILE *fp)
 {
   fwrite(&law, sizeof(law), 1, fp);
   fwrite(&account, sizeof(account), 1, fp);
+  fwrite(&second_order, sizeof(second_order), 1, fp);
 }
 
 void PairDiscContinuous::read_restart(FILE *fp)
@@ -132,9 +146,11 @@ void PairDiscContinuous::read_restart(FILE *fp)
   if (comm->me == 0) {
     utils::sfread(FLERR, &law, sizeof(law), 1, fp, nullptr, error);
     utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &second_order, sizeof(second_order), 1, fp, nullptr, error);
   }
   MPI_Bcast(&law, sizeof(law), MPI_BYTE, 0, world);
   MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
+  MPI_Bcast(&second_order, sizeof(second_order), MPI_BYTE, 0, world);
   allocate();
 }
 
@@ -150,13 +166,13 @@ template <bool... CHOSEN> PairDiscContinuous::Kernel PairDiscContinuous::choose(
 
 disc::Sums PairDiscContinuous::sweep(bool stress)
 {
-  const bool flags[FLAGS] = {law.spring(), law.friction(), account};
+  const bool flags[FLAGS] = {second_order, law.spring(), law.friction(), account};
   return (this->*choose<>(flags))(stress);
 }
 
-template <bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums PairDiscContinuous::kernel(bool stress)
+template <bool SECOND, bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums PairDiscContinuous::kernel(bool stress)
 {
-  const disc::Continuous<SPRING, FRICTION> continuous{law};
+  const disc::Continuous<SECOND, SPRING, FRICTION> continuous{law};
   return disc::sweep<decltype(continuous), ACCOUNT>(continuous, history->motion, history->grains.data(), atom->nlocal,
                                                     !force->newton_pair, stress, history->close,
                                                     history->actions.data());
@@ -188,9 +204,8 @@ PairDisc::Interaction PairDiscContinuous::interaction(int c) const
   if (!law.friction()) return now;
   now.stretch = history->close.stretch[c];
   const double largest = law.alpha * law.mu * depth;
-  const double rest = std::max(0.0, 1.0 - std::fabs(now.stretch) / largest);
-  now.tangential =
-      history->close.rotation[c] - std::copysign(law.mu * now.elastic * (1.0 - rest * std::sqrt(rest)), now.stretch);
+  const double rest = 1.0 - std::fabs(now.stretch) / largest;
+  now.tangential = history->close.rotation[c];
   now.sliding = rest < 1.0e-12;    // d stops at its limit to within rounding
   return now;
 }

@@ -9,7 +9,7 @@
 namespace LAMMPS_NS
 {
 
-/* pair_style disc/continuous [account yes|no]
+/* pair_style disc/continuous [account yes|no] [scheme second|paper]
    pair_coeff * * [force F] [index n] [cutoff c] [hooke k] [mu m] [alpha a] [damping z] [printed_rotation 0|1]
                   [printed_damping 0|1]
 
@@ -33,9 +33,9 @@ public:
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 3;
+  static constexpr int FLAGS = 4;
   using Kernel = disc::Sums (PairDiscContinuous::*)(bool);
-  template <bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums kernel(bool stress);
+  template <bool SECOND, bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums kernel(bool stress);
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;
   void check() const;
@@ -43,8 +43,9 @@ private:
   double largest_diameter() const;
 
   disc::ContinuousLaw law;
-  bool account = true;     // sum up what is dissipated
-  double largest = 0.0;    // diameter at the last init; no grain that comes later may be larger
+  bool account = true;         // sum up what is dissipated
+  bool second_order = true;    // scheme second, not paper
+  double largest = 0.0;        // diameter at the last init; no grain that comes later may be larger
 };
 
 }    // namespace LAMMPS_NS

@@ -6,6 +6,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_disc_feed.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "force.h"
@@ -43,12 +44,13 @@ void RunDisc::run(int n)
   }
 }
 
-/* Nothing but our own styles acts within a step. */
+/* Nothing but our own styles acts within a step; the feed does at intervals. */
 bool RunDisc::find_parts()
 {
   pair = dynamic_cast<PairDisc *>(force->pair);
   history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
   integrate = nullptr;
+  feed = nullptr;
   const int within = FixConst::INITIAL_INTEGRATE | FixConst::POST_INTEGRATE | FixConst::PRE_EXCHANGE |
                      FixConst::PRE_NEIGHBOR | FixConst::POST_NEIGHBOR | FixConst::PRE_FORCE | FixConst::PRE_REVERSE |
                      FixConst::POST_FORCE | FixConst::FINAL_INTEGRATE;
@@ -58,6 +60,9 @@ bool RunDisc::find_parts()
     if (auto *const ours = dynamic_cast<FixDiscIntegrate *>(fix)) {
       if (integrate) return false;
       integrate = ours;
+    } else if (auto *const pours = dynamic_cast<FixDiscFeed *>(fix)) {
+      if (feed) return false;
+      feed = pours;
     } else if ((modify->fmask[k] & within) || fix->force_reneighbor) {
       return false;
     }
@@ -69,7 +74,7 @@ bigint RunDisc::next_watched(bigint last) const
 {
   bigint next = std::min(last, output->next);
   for (int k = 0; k < modify->nfix; k++)
-    if (modify->fmask[k] & FixConst::END_OF_STEP) {
+    if ((modify->fmask[k] & FixConst::END_OF_STEP) || modify->fix[k] == feed) {
       const bigint every = modify->fix[k]->nevery;
       next = std::min(next, (update->ntimestep / every + 1) * every);
     }

@@ -28,6 +28,7 @@ private:
   class PairDisc *pair = nullptr;
   class FixDiscHistory *history = nullptr;
   class FixDiscIntegrate *integrate = nullptr;
+  class FixDiscFeed *feed = nullptr;
 };
 
 }    // namespace LAMMPS_NS

@@ -11,14 +11,14 @@
 namespace disc
 {
 
-struct alignas(16) Inertia {
+struct alignas(16) Inertia {    // both 0 for a grain that does not move
   double mass, inverse_moment;
 };
 
 struct Kick {    // half of one
   double dt = 0.0;
-  double gravity[2] = {0.0, 0.0};
-  double kept[2] = {1.0, 1.0};    // factors on the velocity before it, from drag and convention
+  double gravity[2] = {0.0, 0.0};    // acceleration: the weight of a grain is where its next action begins
+  double kept[2] = {1.0, 1.0};       // factors on the velocity before it, from drag and convention
   double kept_spin = 1.0;
 };
 
@@ -34,13 +34,13 @@ struct Passed {
 };
 
 /* One pass over the grains.  FINISH: the half kick that ends a step, with the kinetic sums.  BEGIN: the one that starts
-   the next, which also clears the actions.  SHIFT: the positions move; STRETCH: with the cell. */
+   the next, which also leaves nothing but the weight in the actions.  SHIFT: the positions move; STRETCH: with the
+   cell. */
 template <bool FINISH, bool BEGIN, bool SCALED, bool SHIFT, bool STRETCH>
 DISC_WIDEST Passed advance(const Kick &kick, const Shift &shift, const Inertia *inertia, Action *action, Grain *grain,
                            int count)
 {
-  const Four dt = {0.0, 0.0, kick.dt, kick.dt},
-             gravity = {0.0, 0.0, kick.dt * kick.gravity[0], kick.dt * kick.gravity[1]};
+  const Four dt = {0.0, 0.0, kick.dt, kick.dt}, gravity = {kick.gravity[0], kick.gravity[1], 0.0, 0.0};
   const Four kept = {1.0, 1.0, kick.kept[0], kick.kept[1]};
   const Four corner = {shift.corner[0], shift.corner[1], 0.0, 0.0},
              stretch = {shift.stretch[0], shift.stretch[1], 1.0, 1.0};
@@ -52,7 +52,7 @@ DISC_WIDEST Passed advance(const Kick &kick, const Shift &shift, const Inertia *
     Four place = four(&g.x);    // x y vx vy
     if (FINISH || BEGIN) {
       const Four act = four(&action[i].fx);    // fx fy moment tangential
-      const Four push = dt * g.inverse_mass * DISC_PICK(act, act, 0, 1, 0, 1) + gravity;
+      const Four push = dt * g.inverse_mass * DISC_PICK(act, act, 0, 1, 0, 1);
       const double turn = kick.dt * inertia[i].inverse_moment * (act[2] + g.r * act[3]);
       double w = g.w;
       for (int half = 0; half < FINISH + BEGIN; half++) {
@@ -68,7 +68,7 @@ DISC_WIDEST Passed advance(const Kick &kick, const Shift &shift, const Inertia *
       }
       g.w = w;
       g.rw = g.r * w;
-      if (BEGIN) four(&action[i].fx) = Four{};
+      if (BEGIN) four(&action[i].fx) = inertia[i].mass * gravity;
     }
     if (SHIFT) {
       const Four move = drift * DISC_PICK(place, place, 2, 3, 2, 3);

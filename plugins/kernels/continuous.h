@@ -66,29 +66,62 @@ DISC_INLINE void raise(double *__restrict power, double *__restrict base, unsign
 }
 
 /* The law as sweep() wants it.  Of a pair, `eta` is sqrt(m), m = 2 m* the mass that its damping is made with; `stretch`
-   is d, `rotation` the viscous part of T of this evaluation, for output.
+   is d, `rotation` the whole T of the last evaluation.
 
    d advances by v_t dt and is held at dmax where it would exceed it; a pair beyond r0 has dmax = 0, which empties it.
    k_T diverges as r -> r0 (eq. 7): there C_T is limited to what stops the sliding of the two surfaces within a step, a
-   third of m* over dt for discs, since a larger one would reverse it.  lost_sliding is the whole work that T_e takes
-   from the grains, what is stored in d included. */
-template <bool SPRING, bool FRICTION_> struct Continuous {
-  static constexpr bool DAMPING = true, FRICTION = FRICTION_, ROLLING = false;
+   third of m* over dt for discs, since a larger one would reverse it.
+
+   SECOND: second order in the step, but for what that divergence leaves.  Dampers act on velocities extrapolated from
+   the middles of this step and the last one to its end; d grows by the velocity in the middle of the step, seen in the
+   middle of the turn of n; a pair that crosses r0 within a step feels what jumps there, and stretches d, for its share
+   of it.  Without SECOND the mean velocity of the step stands for that at its end, as in B97 (eqs. 9-12): first order.
+
+   The work that T takes from the grains is the mean of its last and its present value times the slip, as the kicks of
+   the scheme have it; what is not lost in the damper counts as lost_sliding, what is stored in d included. */
+template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
+  static constexpr bool SECOND = SECOND_, DAMPING = true, FRICTION = FRICTION_, ROLLING = false;
   ContinuousLaw law;
+
+  struct Slip {    // of a block: velocity in the middle of the step; at its end, as the damper sees it; its force
+    alignas(64) double middle[BLOCK], end[BLOCK], drag[BLOCK];
+  };
+
+  // T_e and the drag on the velocity `end`, for d = old + increment, held at dmax
+  DISC_INLINE double rub(double depth, double elastic, double eta, double most, double increment, double end, double &d,
+                         double &drag) const
+  {
+    const double room = depth > 1.0e-300 ? depth : 1.0e-300, shallow = 1.0 / room;
+    const double slope = law.alpha * law.mu, largest = depth > 0.0 ? slope * room : 0.0;
+    const double trial = d + increment, above = trial < -largest ? -largest : trial;
+    const double kept = above > largest ? largest : above;
+    const double loaded = 1.0 - std::fabs(kept) * shallow * (1.0 / slope),
+                 rest = loaded > 1.0e-12 ? loaded : 0.0;    // held
+    const double root = std::sqrt(rest);
+    const double critical = 2.0 * law.damping * eta * std::sqrt(1.5 / law.alpha * elastic * shallow * root);
+    const double limit = eta * eta * most;
+    drag = -(critical < limit ? critical : limit) * end;
+    d = kept;
+    return -std::copysign(law.mu * elastic * (1.0 - rest * root), kept);
+  }
+
+  static DISC_INLINE double most(double dt) { return dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300; }
 
   template <bool ACCOUNT> DISC_INLINE void respond(const Motion &motion, Block &__restrict b, int count) const
   {
-    const double reach = law.reach(), slope = law.alpha * law.mu, mu = law.mu, ratio = 2.0 * law.damping;
+    const double reach = law.reach(), ratio = 2.0 * law.damping;
     const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
-    const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0, dt = motion.dt;
-    const double most = dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300, per_force = FRICTION ? 1.5 / law.alpha : 0.0;
+    const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0;
+    const double dt = motion.dt, ahead = motion.ahead, limit = most(dt);
     const double *const __restrict eta = b.eta;
-    double *const __restrict stretch = b.stretch, *const __restrict dragged = b.rotation;
+    double *const __restrict stretch = b.stretch, *const __restrict speed = b.speed;
+    double *const __restrict force = b.rotation, *const __restrict sideways = b.sideways;
     double *const __restrict viscous = b.viscous;
-    alignas(64) double distance[BLOCK], power[BLOCK], base[BLOCK];
+    alignas(64) double inverses[BLOCK], power[BLOCK], base[BLOCK];
+    Slip slip;
     for (int k = 0; k < count; k++) {
-      distance[k] = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-      base[k] = b.touch[k] / distance[k];
+      inverses[k] = 1.0 / std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
+      base[k] = b.touch[k] * inverses[k];
     }
     if (!SPRING) {
       if (const int whole = law.whole_power())
@@ -98,41 +131,95 @@ template <bool SPRING, bool FRICTION_> struct Continuous {
           power[k] = std::pow(base[k], exponent);
     }
     for (int k = 0; k < count; k++) {
-      const double r = distance[k], inverse = 1.0 / r, nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
+      const double inverse = inverses[k], nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
+      const double r = nx * b.bx[k] + ny * b.by[k];
       const double depth = reach * b.touch[k] - r, within = depth > 0.0 ? 1.0 : 0.0;
       const double elastic = within * (SPRING ? hooke * (b.touch[k] - r) : strength * power[k]);
       const double stiffness = SPRING ? within * hooke : exponent * elastic * inverse;
-      const double vn = nx * b.ux[k] + ny * b.uy[k];
+      const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
+      const double turn = 0.5 * dt * inverse * ut;           // of n in half a step
+      const double middle = SECOND ? un - turn * ut : un;    // dr/dt in the middle of the step
+      const double vn = SECOND ? middle + ahead * (middle - speed[k]) : un;
+      if (SECOND) {
+        speed[k] = middle;
+        b.receding[k] = vn;
+        b.crossed[k] = depth + dt * middle <= 0.0 || depth <= dt * vn ? within : 0.0;
+      }
       const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
       viscous[k] = damper;
       if (ACCOUNT) b.lost_viscous[k] = -damper * vn * dt;
       const double normal = elastic + damper;
       double tangential = 0.0;
       if (FRICTION) {
-        const double room = depth > 1.0e-300 ? depth : 1.0e-300, largest = slope * room;
-        const double lever = within > 0.0 ? arm * r / b.touch[k] : 0.0;
-        const double sideways = nx * b.uy[k] - ny * b.ux[k], vt = sideways - lever * b.surface[k];
-        const double old = stretch[k], trial = old + vt * dt;
-        const double above = trial < -largest ? -largest : trial;
-        const double kept = within * (above > largest ? largest : above);
-        const double rest = 1.0 - std::fabs(kept) / largest, root = std::sqrt(rest);
-        const double spring = -std::copysign(mu * elastic * (1.0 - rest * root), kept);
-        const double critical = ratio * eta[k] * std::sqrt(per_force * elastic / room * root);
-        const double limit = eta[k] * eta[k] * most;
-        const double dragging = -(critical < limit ? critical : limit) * (sideways - rolls * lever * b.surface[k]);
-        stretch[k] = kept;
-        dragged[k] = dragging;
-        tangential = spring + dragging;
-        b.tangential[k] = lever * tangential;
-        if (ACCOUNT) {
-          const double share = 1.0 - std::fabs(old) / largest, before = share > 0.0 ? share : 0.0;
-          const double earlier = -std::copysign(mu * elastic * (1.0 - before * std::sqrt(before)), old);
-          b.lost_sliding[k] = -0.5 * (spring + earlier) * vt * dt;
-          b.lost_viscous[k] -= dragging * vt * dt;
+        const double per_touch = arm / b.touch[k];
+        const double centres = SECOND ? ut + turn * un : ut;
+        const double turning = (SECOND ? r - 0.5 * dt * middle : r) * per_touch * b.surface[k];
+        const double vt = centres - turning, damped = centres - rolls * turning;
+        const double end = SECOND ? damped + ahead * (damped - sideways[k]) : damped;
+        double drag;
+        tangential = rub(depth, elastic, eta[k], limit, vt * dt, end, stretch[k], drag);
+        tangential += drag;
+        if (SECOND) {
+          sideways[k] = damped;
+          slip.middle[k] = vt;
+          slip.end[k] = end;
+          slip.drag[k] = drag;
         }
+        if (ACCOUNT) {
+          const double dragged = -drag * (end + (vt - damped)) * dt;
+          b.lost_viscous[k] += dragged;
+          b.lost_sliding[k] = -0.5 * (force[k] + tangential) * vt * dt - dragged;
+        }
+        force[k] = tangential;
+        b.tangential[k] = within * r * per_touch * tangential;
       }
       b.fx[k] = normal * nx - tangential * ny;
       b.fy[k] = normal * ny + tangential * nx;
+    }
+    if (SECOND) share_crossings<ACCOUNT>(dt, slip, b, count);
+  }
+
+  /* As of the cohesive law: pairs that came within r0 in the step that ends here, or will leave in the next one.  The
+     scheme halves what jumps between two steps; due is the share of the step.  The drag begins like one over the root
+     of the time since r0: its mean over that time is twice its present value. */
+  template <bool ACCOUNT>
+  DISC_INLINE void share_crossings(double dt, const Slip &slip, Block &__restrict b, int count) const
+  {
+    alignas(64) double any[LANES] = {};
+    add(any, b.crossed, count);
+    if (total(any) == 0.0) return;
+    const double edge = SPRING ? 0.0 : law.elastic(law.reach(), 1.0);
+    for (int k = 0; k < count; k++) {
+      if (b.crossed[k] == 0.0) continue;
+      const double r = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]), nx = b.bx[k] / r, ny = b.by[k] / r;
+      const double depth = law.reach() * b.touch[k] - r, vn = b.receding[k], before = depth + dt * b.speed[k];
+      const bool entered = before <= 0.0;
+      const double within = entered ? depth / (depth - before) : 1.0;
+      const double leaving = depth <= dt * vn ? depth / (dt * vn) - 0.5 : 0.0;
+      const double part = leaving + (entered ? within - 0.5 : 0.0);
+      const double damper = part * b.viscous[k], normal = part * edge + damper;
+      double tangential = 0.0;    // what is added
+      b.viscous[k] += damper;
+      if (ACCOUNT) b.lost_viscous[k] -= damper * vn * dt;
+      if (FRICTION) {
+        const double elastic = law.elastic(r, b.touch[k]), vt = slip.middle[k], end = slip.end[k];
+        double drag = slip.drag[k], spring = b.rotation[k] - drag;
+        if (entered) {
+          b.stretch[k] = 0.0;
+          spring = rub(depth, elastic, b.eta[k], most(dt), vt * within * dt, end, b.stretch[k], drag);
+        }
+        const double due = 1.0 + leaving + (entered ? 2.0 * within - 0.5 : 0.0);
+        tangential = (1.0 + part) * spring + due * drag - b.rotation[k];
+        if (ACCOUNT) {
+          const double dragged = -(due * drag - slip.drag[k]) * end * dt;
+          b.lost_viscous[k] += dragged;
+          b.lost_sliding[k] -= 0.5 * tangential * vt * dt + dragged;
+        }
+        b.rotation[k] += tangential;
+        b.tangential[k] += (1.0 + law.printed_rotation) * r / b.touch[k] * tangential;
+      }
+      b.fx[k] += normal * nx - tangential * ny;
+      b.fy[k] += normal * ny + tangential * nx;
     }
   }
 };

@@ -38,15 +38,16 @@ struct Memory {             // what a pair carries from one evaluation to the ne
   double stretch = 0.0;     // elastic part du of the tangential displacement; zero unless in contact
   double rotation = 0.0;    // elastic part dtheta of the relative rotation; zero unless in contact
   double speed = 0.0;       // d|b|/dt in the middle of the last step
+  double sideways = 0.0;    // the velocity that tangential damping acts on, in the middle of the last step
 };
 
 struct Contacts {    // the close pairs: all that may act in this step, and a few more; arrays end with room for a whole
                      // block
   int count = 0;
-  std::vector<int> i, j, at;                       // grains; position in the list of neighbours
-  std::vector<double> eta;                         // viscosity
-  std::vector<double> stretch, rotation, speed;    // Memory
-  std::vector<double> viscous;                     // N_v of the last evaluation
+  std::vector<int> i, j, at;                                 // grains; position in the list of neighbours
+  std::vector<double> eta;                                   // viscosity
+  std::vector<double> stretch, rotation, speed, sideways;    // Memory
+  std::vector<double> viscous;                               // N_v of the last evaluation
 
   void clear() { resize(0); }
   void add(int a, int b, int place, double viscosity, const Memory &memory)
@@ -58,11 +59,12 @@ struct Contacts {    // the close pairs: all that may act in this step, and a fe
     stretch.push_back(memory.stretch);
     rotation.push_back(memory.rotation);
     speed.push_back(memory.speed);
+    sideways.push_back(memory.sideways);
     viscous.push_back(0.0);
     count++;
   }
   void pad() { resize(count + BLOCK); }    // after the last add()
-  Memory memory(int c) const { return {stretch[c], rotation[c], speed[c]}; }
+  Memory memory(int c) const { return {stretch[c], rotation[c], speed[c], sideways[c]}; }
 
 private:
   void resize(int n)
@@ -70,7 +72,7 @@ private:
     if (n == 0) count = 0;
     for (auto *list : {&i, &j, &at})
       list->resize(n);
-    for (auto *list : {&eta, &stretch, &rotation, &speed, &viscous})
+    for (auto *list : {&eta, &stretch, &rotation, &speed, &sideways, &viscous})
       list->resize(n);
   }
 };
@@ -98,7 +100,7 @@ struct Block {
   alignas(64) double touch[BLOCK];            // R_i + R_j
   // in and out: memory of the pairs, in place
   const double *eta;
-  double *stretch, *rotation, *speed, *viscous;
+  double *stretch, *rotation, *speed, *sideways, *viscous;
   // out
   alignas(64) double fx[BLOCK], fy[BLOCK];    // force of i on j
   alignas(64) double tangential[BLOCK], moment[BLOCK];
@@ -157,6 +159,7 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
     b.stretch = &c.stretch[first];
     b.rotation = &c.rotation[first];
     b.speed = &c.speed[first];
+    b.sideways = &c.sideways[first];
     b.viscous = &c.viscous[first];
 
     for (int k = 0; k < count; k += 4) {    // past the end the lists name grain 0
@@ -179,7 +182,8 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
     }
     for (int k = count; k < whole; k++) {    // far apart and at rest: no force, no loss
       b.bx[k] = 2.0;
-      b.by[k] = b.ux[k] = b.uy[k] = b.surface[k] = b.spin[k] = b.touch[k] = 0.0;
+      b.by[k] = b.ux[k] = b.uy[k] = b.surface[k] = b.spin[k] = 0.0;
+      b.touch[k] = 1.0e-3;
     }
 
     law.template respond<ACCOUNT>(motion, b, whole);

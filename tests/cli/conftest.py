@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from wf_process import ALL_STAGES, QUICK, Running, Wf, call
+from wf_process import ALL_STAGES, POURED, QUICK, Running, Wf, call
 
 
 @pytest.fixture
@@ -43,6 +43,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
     """A finished run of method 2 through all its stages, and how long it took; look, do not touch."""
     begun = time.monotonic()
     return _finished(tmp_path_factory.mktemp("whole"), *ALL_STAGES), time.monotonic() - begun
+
+
+@pytest.fixture(scope="session")
+def poured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """A finished heap, and how long it took; look, do not touch."""
+    begun = time.monotonic()
+    return _finished(tmp_path_factory.mktemp("poured"), *POURED), time.monotonic() - begun
 
 
 @pytest.fixture

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from wf_process import ALL_STAGES, SLOW, Running, Wf, call, kill, record
+from wf_process import ALL_STAGES, POURED, SLOW, Running, Wf, call, kill, record
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import confirmed, newest
+from workflow.engine.checkpoint import confirmed, newest, step_of
+from workflow.engine.rundir import RunDirectory
 
-RESULTS = ("series.txt", "grains.dump", "contacts.dump")
+RESULTS = ("series.txt", "grains.dump", "contacts.dump", "tracks.dump")
 Start = Callable[..., Running]
 
 
@@ -29,16 +30,26 @@ def stop(run: Running) -> None:
 
 def assert_same(directory: Path, whole: Path) -> None:
     assert record(directory)["status"] == "finished"
-    for name in RESULTS:
+    for name in filter(lambda name: (whole / name).is_file(), RESULTS):
         assert (directory / name).read_bytes() == (whole / name).read_bytes(), name
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running: Start, wf: Wf) -> None:
-    """Once in the run and up to twice more while it resumes."""
+@pytest.mark.parametrize("seed", range(2))
+def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running: Start) -> None:
+    kill_and_resume(seed, ALL_STAGES, whole, running)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_heap_killed_at_random_moments(seed: int, poured: tuple[Path, float], running: Start) -> None:
+    """While grains fall, arrive, slide and leave the base."""
+    kill_and_resume(seed, POURED, poured, running)
+
+
+def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], running: Start) -> None:
+    """Killed once in the run and up to twice more while it resumes."""
     rng = random.Random(seed)
     reference, seconds = whole
-    run = running(*ALL_STAGES)
+    run = running(*words)
     run.wait_for_rows(1)
     killed = False
     for share in (0.7, 0.4, 0.4):
@@ -53,6 +64,21 @@ def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running:
     _, text = run.process.communicate(timeout=120)
     assert killed or run.process.returncode == 0, text
     assert_same(run.directory, reference)
+
+
+@pytest.mark.parametrize("stage", range(1, 7))
+def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    """As if killed right after the last checkpoint of the stage, however short the stage is."""
+    run = Path(shutil.copytree(whole[0], tmp_path / "copy"))
+    last = max(run.glob(f"checkpoint.{stage}.[ab]"), key=lambda path: step_of(path) or 0)
+    for path in run.glob("checkpoint.*"):
+        if not path.name.startswith(last.name):
+            path.unlink()
+    RunDirectory.open(run).record(status="running")
+    done = wf("resume", "copy")
+    assert done.returncode == 0, done.stderr
+    assert f"continuing from {last.name}" in done.stderr
+    assert_same(run, whole[0])
 
 
 def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start, wf: Wf) -> None:
@@ -100,6 +126,14 @@ def test_last_part_of_a_run_is_reproduced(whole: tuple[Path, float], tmp_path: P
     done = wf("verify", "copy", "--last")
     assert done.returncode == 0, done.stdout
     assert "reproduced: from step" in done.stdout
+
+
+@pytest.mark.parametrize("part", [[], ["--last"]])
+def test_heap_is_reproduced(part: list[str], poured: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    shutil.copytree(poured[0], tmp_path / "copy")
+    done = wf("verify", "copy", *part)
+    assert done.returncode == 0, done.stdout
+    assert "every byte of what it wrote" in done.stdout
 
 
 def test_finished_run_says_so(whole: tuple[Path, float]) -> None:

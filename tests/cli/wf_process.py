@@ -29,6 +29,11 @@ ALL_STAGES = [
     "method2", "--n", "60", "--kappa", "1e4", "--soft-kappa", "1e3", "--d0", "0.01", "--stiffening", "3", "--rolling",
     "--mur", "0.05", "--quiet", "2", "--hold", "0.2", "--checkpoint-interval", "0.5", "--pstar", "0.05", "--frame-interval", "5",
 ]  # fmt: skip
+# some two seconds: a heap on a base so narrow that grains fall off, with frames, tracks and checkpoints while it is fed
+POURED = [
+    "heap", "--grains", "80", "--drop-height", "15", "--base-half-width", "5", "--feed-half-width", "2", "--polydispersity",
+    "0.1", "--checkpoint-interval", "3", "--frame-interval", "4",
+]  # fmt: skip
 # far longer than any test looks at it
 ENDLESS = ["method1", "--n", "3000", "--max-time", "500"]
 

@@ -18,7 +18,19 @@ from workflow.scene.packing import Packing
 
 # Soft grains, dense and fast, so that a hundred steps hold dozens of impacts with friction, rolling and attraction; 4 ranks
 # that share 2 cores hand each other the processor at every message, which makes their steps dear.
-LAW = {"n": 90, "phi0": 0.6, "kappa": 1e3, "d0": 0.01, "rolling": True, "mur": 0.05, "skin": 0.02, "seed": 3, "step": 2e-4, "max_time": 0.02, "series_interval": 0.005}
+LAW = {
+    "n": 90,
+    "phi0": 0.6,
+    "kappa": 1e3,
+    "d0": 0.01,
+    "rolling": True,
+    "mur": 0.05,
+    "skin": 0.02,
+    "seed": 3,
+    "step": 2e-4,
+    "max_time": 0.02,
+    "series_interval": 0.005,
+}
 SCENES: list[Packing] = [
     Method1(**LAW, pstar=100.0, cell_mass=0.01, rate_cap=10.0, drag=0.0),
     Method2(**LAW, v0=100.0),

@@ -21,6 +21,7 @@ from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.engine.watch import Progress
 from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
+from workflow.scene.heap import Heap
 
 POLL = 0.25  # seconds between looks at a running child
 SPARE = 1_000_000  # bytes, besides three checkpoints, that must stay free on the disk
@@ -82,10 +83,13 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:
     where = f"{checkpoint.path.name}, step {checkpoint.step}" if checkpoint else "the beginning: no whole checkpoint is there"
     print(f"continuing from {where}", file=out)
     _forget_result(directory)
+    variables = directory.scene.variables()
     if checkpoint is None:  # interrupted before the first checkpoint: start over
-        cut_back(directory.path, -1)
+        cut_back(directory.path, -1, variables)
         return []
-    cut_back(directory.path, checkpoint.step)
+    if not isinstance(directory.scene, Heap):
+        variables["frame_every"] = directory.scene.frame_every(directory.scene.stages[checkpoint.stage])
+    cut_back(directory.path, checkpoint.step, variables)
     return ["resume", "yes", "restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
 
 

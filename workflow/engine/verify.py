@@ -22,7 +22,7 @@ from workflow.engine.rundir import FINISHED, INTERRUPTED, PREPARED, RunDirectory
 from workflow.errors import InputError
 from workflow.scene.presets import Scene
 
-RESULTS = {"series.txt": None, **DUMPS}
+RESULTS = {"series.txt": None, **{name: kind for name, (kind, _) in DUMPS.items()}}
 # Where bits may differ (ranks, versions, machine), rounding grows exponentially while grains collide: two such runs are two
 # samples.  Bounds for 1400 grains, four times the scatter between samples of G07 table V and of docs/results; they grow
 # as 1/sqrt(N).
@@ -91,7 +91,8 @@ def _prepare(directory: RunDirectory, again: RunDirectory, last: bool) -> int:
         if checkpoint is None:
             raise InputError(f"'{directory.path}' has no whole checkpoint to start from; verify without --last")
         start = checkpoint.step
-        own = [checkpoint.path.name, checkpoint.path.name + ".json", "account.in", "log.lammps"]
+        stages = [path.name for path in directory.path.glob("stage.?.in")]
+        own = [checkpoint.path.name, checkpoint.path.name + ".json", *stages, "account.in", "log.lammps"]
         names += [name for name in (*own, *RESULTS) if (directory / name).is_file()]
     for name in names:
         shutil.copy2(directory / name, again / name)
@@ -103,7 +104,9 @@ def _excuse(state: dict, ranks: int) -> str | None:
     """Why bits may differ, None if they may not."""
     before, now = state["versions"], versions()
     reasons = [
-        f"{name} {before.get(name)} then, {now[name]} now" for name in ("lammps", "platform") if before.get(name) != now[name]
+        f"{name} {before[name]} then, {now[name]} now"
+        for name in ("lammps", "platform", "libc", "processor")
+        if name in before and before[name] != now[name]
     ]
     if ranks != state.get("ranks", 1):
         reasons.append(f"{state.get('ranks', 1)} ranks then, {ranks} now")

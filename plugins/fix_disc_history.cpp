@@ -168,10 +168,14 @@ void FixDiscHistory::require_number(double sum) const
 
 /* ---- the close pairs ---- */
 
-/* Made rarely enough not to matter (after some 50 steps at the present pace), yet with few pairs that do not act. */
+/* The wider the margin, the more pairs that do not act; the narrower, the more often this is done: the sum costs least
+   with a margin that grows like the root of the pace (measured: 0.2 R times it, dense and gas alike).
+
+   Pairs of one grain are neighbours in the list.  Within a block they are dealt out, so that the kernel does not read a
+   record back that it has just written: the processor would wait for it. */
 void FixDiscHistory::choose_close()
 {
-  if (close_margin > 0.0) return;
+  if (!choice_due()) return;
   if (!from_partners) {
     memory.assign(neighbours.size(), PairMemory());
     known.assign(neighbours.size(), 0);
@@ -181,23 +185,29 @@ void FixDiscHistory::choose_close()
     }
   }
   from_partners = false;
-  close_margin = std::min(margin, std::max(0.002 * largest_radius, 50.0 * pace));
+  close_margin = std::min(margin, std::max(1.0e-4 * largest_radius, std::sqrt(0.2 * largest_radius * pace)));
   const double reach = range + close_margin;
-  first.assign(atom->nlocal + 1, 0);
-  close.clear();
-  int owner = 0;
+  chosen.clear();
   for (int k = 0; k < static_cast<int>(neighbours.size()); k++) {
-    const Neighbours &p = neighbours[k];
-    const Grain &a = grains[p.i], &b = grains[p.j];
+    const Grain &a = grains[neighbours[k].i], &b = grains[neighbours[k].j];
     const double bx = b.x - a.x, by = b.y - a.y, apart = a.r + b.r + reach;
-    if (bx * bx + by * by >= apart * apart) continue;
-    while (owner <= p.i)
-      first[owner++] = close.count;
-    close.add(p.i, p.j, k, p.eta, known[k] ? memory[k] : newly_close(p));
+    if (bx * bx + by * by < apart * apart) chosen.push_back(k);
   }
-  while (owner <= atom->nlocal)
-    first[owner++] = close.count;
+  place.assign(neighbours.size(), -1);
+  close.clear();
+  const int count = static_cast<int>(chosen.size());
+  for (int start = 0; start < count; start += disc::BLOCK) {
+    const int end = std::min(start + disc::BLOCK, count), stride = (end - start + disc::LANES - 1) / disc::LANES;
+    for (int offset = start; offset < start + stride; offset++)
+      for (int c = offset; c < end; c += stride) {
+        const int k = chosen[c];
+        const Neighbours &p = neighbours[k];
+        place[k] = close.count;
+        close.add(p.i, p.j, k, p.eta, known[k] ? memory[k] : newly_close(p));
+      }
+  }
   close.pad();
+  dynamic_cast<PairDisc *>(force->pair)->ghosts.name(close);
 }
 
 void FixDiscHistory::rescale(double springs)
@@ -271,10 +281,11 @@ void FixDiscHistory::remember()
   for (int c = 0; c < close.count; c++) {
     const PairMemory m = close.memory(c);
     const int i = close.i[c], j = close.j[c];
-    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0) continue;
+    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0 && m.viscous == 0.0) continue;
     partners[i].push_back({tag[j], m});
     // with newton off the owner of a ghost has a record of its own
-    if (newton || j < nlocal) partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways}});
+    if (newton || j < nlocal)
+      partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways, m.viscous}});
   }
   if (newton) comm->reverse_comm_variable(this);
   maxexchange = FORCE + 1;
@@ -301,8 +312,10 @@ void FixDiscHistory::post_neighbor()
   neighbours.clear();
   memory.clear();
   known.clear();
+  first.assign(nlocal, 0);
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
+    first[i] = static_cast<int>(neighbours.size());
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       neighbours.push_back({i, j, law->viscosity(i, j)});
@@ -318,6 +331,7 @@ void FixDiscHistory::post_neighbor()
   grains.resize(nlocal + atom->nghost);
   actions.resize(nlocal + atom->nghost);
   begin_actions();
+  law->ghosts.forget();
   margin = neighbor->skin - range;
   close_margin = 0.0;    // `close` is made before the next evaluation
   from_partners = true;
@@ -337,8 +351,8 @@ void FixDiscHistory::require_unique_images(double reach) const
 
 int FixDiscHistory::find(int i, int j) const
 {
-  for (int c = first[i]; c < first[i + 1]; c++)
-    if (close.j[c] == j) return c;
+  for (int k = first[i]; k < static_cast<int>(neighbours.size()) && neighbours[k].i == i; k++)
+    if (neighbours[k].j == j) return place[k];
   return -1;
 }
 
@@ -368,6 +382,7 @@ int FixDiscHistory::pack_partners(int i, double *buf) const
     buf[m++] = p.memory.rotation;
     buf[m++] = p.memory.speed;
     buf[m++] = p.memory.sideways;
+    buf[m++] = p.memory.viscous;
   }
   return m;
 }
@@ -377,7 +392,8 @@ int FixDiscHistory::unpack_partners(int i, const double *buf)
 {
   int m = 0;
   for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
-    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4]}});
+    partners[i].push_back(
+        {static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4], buf[m + 5]}});
     m += ENTRY;
   }
   return m;
@@ -456,12 +472,13 @@ void FixDiscHistory::restart(char *buf)
   restored_since = static_cast<bigint>(ubuf(since).i);
 }
 
-/* fix_modify DISC_HISTORY fresh: what follows is a run of its own, though no step has passed since the restart. */
-int FixDiscHistory::modify_param(int, char **arg)
+/* fix_modify DISC_HISTORY forces anew: the run that ended with the restart file is over, the next one starts as any
+ * other */
+int FixDiscHistory::modify_param(int narg, char **arg)
 {
-  if (strcmp(arg[0], "fresh") != 0) return 0;
+  if (narg < 2 || strcmp(arg[0], "forces") != 0 || strcmp(arg[1], "anew") != 0) return 0;
   restored_step = -1;
-  return 1;
+  return 2;
 }
 
 bool FixDiscHistory::goes_on() const { return update->ntimestep == restored_step; }
@@ -508,7 +525,7 @@ int FixDiscHistory::maxsize_restart()
 double FixDiscHistory::memory_usage()
 {
   double bytes = grains.capacity() * sizeof(Grain) + (actions.capacity() + restored.capacity()) * sizeof(disc::Action) +
-                 neighbours.capacity() * (sizeof(Neighbours) + sizeof(PairMemory) + 1) +
+                 neighbours.capacity() * (sizeof(Neighbours) + sizeof(PairMemory) + 2 * sizeof(int) + 1) +
                  first.capacity() * sizeof(int) + close.i.capacity() * (3 * sizeof(int) + 5 * sizeof(double)) +
                  partners.capacity() * sizeof(partners[0]);
   for (const auto &list : partners)

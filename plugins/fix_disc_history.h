@@ -34,6 +34,7 @@ public:
   ~FixDiscHistory() override;
   int setmask() override;
   void init() override;
+  int modify_param(int, char **) override;
   void setup_pre_exchange() override;
   void setup_post_neighbor() override { post_neighbor(); }
   void post_integrate() override;
@@ -68,11 +69,11 @@ public:
   void moved(double largest, const double *stretch);
   void require_number(double) const;
   bool rebuild_due() const { return margin <= 0.0; }
-  void choose_close();             // if the margin of `close` is used up
+  bool choice_due() const { return close_margin <= 0.0; }
+  void choose_close();             // if it is due; collective
   void rescale(double springs);    // what contacts remember, when the law changes
   void renew_viscosity();          // after the law has changed
   int find(int i, int j) const;    // place in `close`, -1 if not there
-  int modify_param(int, char **) override;
   bool goes_on() const;            // this step continues a run from its restart file, which holds its forces
   void restore_forces() const;
   bool current() const { return listed; }    // the lists belong to the grains and ghosts as they lie now
@@ -97,7 +98,7 @@ private:
     tagint tag;
     disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 5;    // doubles per partner on the wire
+  static constexpr int ENTRY = 6;    // doubles per partner on the wire
   static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();
@@ -110,7 +111,9 @@ private:
   std::vector<Neighbours> neighbours;
   std::vector<disc::Memory> memory;                 // of `neighbours` while `close` is being made
   std::vector<char> known;                          // has a memory
-  std::vector<int> first;                           // in `close`: those of grain i are first[i] .. first[i+1]-1
+  std::vector<int> first;                           // in `neighbours`: those of grain i begin at first[i]
+  std::vector<int> place;                           // in `close`, of each of `neighbours`; -1: not close
+  std::vector<int> chosen;                          // those of `neighbours` that are close, in their order
   std::vector<std::vector<Partner>> partners;       // per atom, ghosts included while remembering
   std::vector<disc::Action> restored;               // per atom: force and torque of a run that goes on from a restart
   bigint restored_step = -1, restored_since = 0;    // that step; time counts from the other one

@@ -40,7 +40,7 @@ enum Column {
 enum Sum { E_ELASTIC, E_TANGENTIAL, E_ROLLING, E_ADHESIVE, D_VISCOUS, D_SLIDING, D_ROLLING, SUMS };
 }    // namespace
 
-PairDisc::PairDisc(LAMMPS *lmp) : Pair(lmp)
+PairDisc::PairDisc(LAMMPS *lmp) : Pair(lmp), ghosts(lmp)
 {
   single_enable = 1;
   single_extra = COLUMNS;
@@ -52,8 +52,7 @@ PairDisc::PairDisc(LAMMPS *lmp) : Pair(lmp)
   finitecutflag = 1;
   no_virial_fdotr_compute = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
-  comm_forward = 5;
-  comm_reverse = 4;
+  comm_forward = 4;    // of `ghosts`
 }
 
 PairDisc::~PairDisc()
@@ -122,9 +121,12 @@ void PairDisc::evaluate_standing()
   history->choose_close();
   const disc::Contacts before = history->close;
   evaluate();
-  history->close.speed = before.speed;
-  history->close.sideways = before.sideways;
-  if (history->goes_on()) history->close.rotation = before.rotation;
+  if (history->goes_on()) {
+    history->close = before;
+  } else {
+    history->close.speed = before.speed;
+    history->close.sideways = before.sideways;
+  }
 }
 
 void PairDisc::compute(int eflag, int vflag)
@@ -143,7 +145,7 @@ void PairDisc::compute(int eflag, int vflag)
   else
     evaluate();
   wants_stress = stress_at_every_step;
-  if (force->newton_pair) comm->reverse_comm(this);
+  if (force->newton_pair) ghosts.collect(history->actions);
 
   double *const f = atom->f[0], *const torque = atom->torque[0];
   for (int i = 0, k = 0; i < nlocal; i++, k += 3) {
@@ -166,60 +168,16 @@ void PairDisc::compute(int eflag, int vflag)
 const std::vector<disc::Grain> &PairDisc::refreshed_grains()
 {
   history->load(0, atom->nlocal);
-  comm->forward_comm(this);
+  ghosts.refresh(history->grains, true);
   return history->grains;
 }
 
 int PairDisc::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int *pbc)
 {
-  const double dx = pbc_flag ? pbc[0] * domain->xprd : 0.0, dy = pbc_flag ? pbc[1] * domain->yprd : 0.0;
-  for (int k = 0, m = 0; k < n; k++, m += 5) {
-    const disc::Grain &g = history->grains[list[k]];
-    buf[m] = g.x + dx;
-    buf[m + 1] = g.y + dy;
-    buf[m + 2] = g.vx;
-    buf[m + 3] = g.vy;
-    buf[m + 4] = g.w;
-  }
-  return 5 * n;
+  return ghosts.pack(n, list, buf, pbc_flag, pbc);
 }
 
-void PairDisc::unpack_forward_comm(int n, int first, double *buf)
-{
-  for (int i = first; i < first + n; i++, buf += 5) {
-    disc::Grain &g = history->grains[i];
-    g.x = buf[0];
-    g.y = buf[1];
-    g.vx = buf[2];
-    g.vy = buf[3];
-    g.w = buf[4];
-    g.rw = g.r * g.w;
-  }
-}
-
-int PairDisc::pack_reverse_comm(int n, int first, double *buf)
-{
-  for (int i = first, m = 0; i < first + n; i++, m += 4) {
-    disc::Action &a = history->actions[i];
-    buf[m] = a.fx;
-    buf[m + 1] = a.fy;
-    buf[m + 2] = a.moment;
-    buf[m + 3] = a.tangential;
-    a = disc::Action();
-  }
-  return 4 * n;
-}
-
-void PairDisc::unpack_reverse_comm(int n, int *list, double *buf)
-{
-  for (int k = 0; k < n; k++, buf += 4) {
-    disc::Action &a = history->actions[list[k]];
-    a.fx += buf[0];
-    a.fy += buf[1];
-    a.moment += buf[2];
-    a.tangential += buf[3];
-  }
-}
+void PairDisc::unpack_forward_comm(int n, int first, double *buf) { ghosts.unpack(n, first, buf); }
 
 /* ---- sums and contact output ---- */
 

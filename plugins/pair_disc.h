@@ -3,6 +3,7 @@
 #ifndef LMP_PAIR_DISC_H
 #define LMP_PAIR_DISC_H
 
+#include "disc_ghosts.h"
 #include "fix_disc_history.h"
 #include "pair.h"
 
@@ -61,11 +62,10 @@ public:
   const std::vector<disc::Grain> &refreshed_grains();
 
   int pack_forward_comm(int, int *, double *, int, int *) override;
-  int pack_reverse_comm(int, int, double *) override;
   void unpack_forward_comm(int, int, double *) override;
-  void unpack_reverse_comm(int, int *, double *) override;
   void compute(int, int) override;
 
+  DiscGhosts ghosts;
   double force_moment[3] = {0.0, 0.0,
                             0.0};    // sum over pairs of F_x r_x, F_y r_y, F_x r_y on this rank (see wants_stress)
   bool wants_stress = false;         // a fix needs force_moment at every step

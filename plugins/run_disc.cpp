@@ -99,12 +99,12 @@ void RunDisc::run_unwatched(bigint last)
       rebuild();
       timer->stamp(Timer::NEIGH);
     } else {
-      comm->forward_comm(pair);
+      pair->ghosts.refresh(history->grains, history->choice_due());
       timer->stamp(Timer::COMM);
     }
     pair->evaluate();
     timer->stamp(Timer::PAIR);
-    if (force->newton_pair) comm->reverse_comm(pair);
+    if (force->newton_pair) pair->ghosts.collect(history->actions);
     timer->stamp(Timer::COMM);
   }
   integrate->advance(true, false);

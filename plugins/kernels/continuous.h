@@ -105,6 +105,12 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     return -std::copysign(law.mu * elastic * (1.0 - rest * root), kept);
   }
 
+  static DISC_INLINE void copy(double *__restrict to, const double *__restrict from)
+  {
+    for (int k = 0; k < BLOCK; k++)
+      to[k] = from[k];
+  }
+
   static DISC_INLINE double most(double dt) { return dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300; }
 
   template <bool ACCOUNT> DISC_INLINE void respond(const Motion &motion, Block &__restrict b, int count) const
@@ -113,10 +119,15 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
     const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0;
     const double dt = motion.dt, ahead = motion.ahead, limit = most(dt);
-    const double *const __restrict eta = b.eta;
-    double *const __restrict stretch = b.stretch, *const __restrict speed = b.speed;
-    double *const __restrict force = b.rotation, *const __restrict sideways = b.sideways;
-    double *const __restrict viscous = b.viscous;
+    // copies on the stack: with this many arrays the compiler gives up proving that they do not overlap
+    alignas(64) double eta[BLOCK], stretch[BLOCK], speed[BLOCK], force[BLOCK], sideways[BLOCK], viscous[BLOCK] = {};
+    copy(eta, b.eta);
+    copy(speed, b.speed);
+    if (FRICTION) {
+      copy(stretch, b.stretch);
+      copy(force, b.rotation);
+      copy(sideways, b.sideways);
+    }
     alignas(64) double inverses[BLOCK], power[BLOCK], base[BLOCK];
     Slip slip;
     for (int k = 0; k < count; k++) {
@@ -143,7 +154,8 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       if (SECOND) {
         speed[k] = middle;
         b.receding[k] = vn;
-        b.crossed[k] = depth + dt * middle <= 0.0 || depth <= dt * vn ? within : 0.0;
+        const double entered = depth + dt * middle > 0.0 ? 0.0 : within;
+        b.crossed[k] = depth > dt * vn ? entered : within;
       }
       const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
       viscous[k] = damper;
@@ -156,9 +168,10 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
         const double turning = (SECOND ? r - 0.5 * dt * middle : r) * per_touch * b.surface[k];
         const double vt = centres - turning, damped = centres - rolls * turning;
         const double end = SECOND ? damped + ahead * (damped - sideways[k]) : damped;
-        double drag;
-        tangential = rub(depth, elastic, eta[k], limit, vt * dt, end, stretch[k], drag);
+        double d = stretch[k], drag;
+        tangential = rub(depth, elastic, eta[k], limit, vt * dt, end, d, drag);
         tangential += drag;
+        stretch[k] = d;
         if (SECOND) {
           sideways[k] = damped;
           slip.middle[k] = vt;
@@ -175,6 +188,13 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       }
       b.fx[k] = normal * nx - tangential * ny;
       b.fy[k] = normal * ny + tangential * nx;
+    }
+    copy(b.viscous, viscous);
+    if (SECOND) copy(b.speed, speed);
+    if (FRICTION) {
+      copy(b.stretch, stretch);
+      copy(b.rotation, force);
+      if (SECOND) copy(b.sideways, sideways);
     }
     if (SECOND) share_crossings<ACCOUNT>(dt, slip, b, count);
   }

@@ -22,7 +22,7 @@ namespace disc
 {
 
 constexpr int LANES = 8;     // pairs in one instruction at most
-constexpr int BLOCK = 32;    // pairs in one block: a few KiB, which stay in the nearest cache
+constexpr int BLOCK = 64;    // pairs in one block: 9 KiB, which stay in the nearest cache
 
 struct alignas(64) Grain {    // one cache line
   double x, y, vx, vy;        // position; velocity beyond the affine motion of the cell
@@ -39,6 +39,7 @@ struct Memory {             // what a pair carries from one evaluation to the ne
   double rotation = 0.0;    // elastic part dtheta of the relative rotation; zero unless in contact
   double speed = 0.0;       // d|b|/dt in the middle of the last step
   double sideways = 0.0;    // the velocity that tangential damping acts on, in the middle of the last step
+  double viscous = 0.0;     // N_v of the last evaluation, for output
 };
 
 struct Contacts {    // the close pairs: all that may act in this step, and a few more; arrays end with room for a whole
@@ -60,11 +61,11 @@ struct Contacts {    // the close pairs: all that may act in this step, and a fe
     rotation.push_back(memory.rotation);
     speed.push_back(memory.speed);
     sideways.push_back(memory.sideways);
-    viscous.push_back(0.0);
+    viscous.push_back(memory.viscous);
     count++;
   }
   void pad() { resize(count + BLOCK); }    // after the last add()
-  Memory memory(int c) const { return {stretch[c], rotation[c], speed[c], sideways[c]}; }
+  Memory memory(int c) const { return {stretch[c], rotation[c], speed[c], sideways[c], viscous[c]}; }
 
 private:
   void resize(int n)

@@ -30,7 +30,7 @@ def test_measures_have_the_promised_keys(heap: Path, wf: Wf) -> None:
     assert set(measures["angle_of_repose_deg"]) == {"left", "right", "mean", "uncertainty"}
     assert measures["base_force_profile"]["sum_over_weight"] == pytest.approx(1.0, abs=1e-3)
     assert isinstance(measures["avalanches"], list) and measures["equilibrated"]
-    # second order at 20 steps per stiffest period
+    # second order at 14 steps per stiffest period
     assert abs(measures["energy_residual"]["relative"]) < 0.004
     assert measures["poured"] == 40 and measures["equivalent_hooke"]["stiffness"] > 37.0
 

@@ -1,7 +1,8 @@
-"""`wf measure` and `wf plot` on groups, on several samples, and on dumps."""
+"""`wf measure`, `wf plot` and `wf export` on groups, on several samples, and on dumps."""
 
 from __future__ import annotations
 
+import csv
 import json
 import subprocess
 from collections.abc import Callable
@@ -101,3 +102,39 @@ def test_figures_by_name(packing: Path, cohesive: Path, tmp_path: Path, capsys: 
     assert "shows one sample" in capsys.readouterr().err
     assert plot(packing, "--figure", "cluod") == 2
     assert "--figure cluod is not known" in capsys.readouterr().err
+
+
+def test_exports_of_a_run_and_of_its_dumps(packing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def export(*words: object) -> int:
+        return main(["export", *map(str, words)])
+
+    def rows(name: str) -> list[dict[str, str]]:
+        with open(tmp_path / name, newline="") as file:
+            return list(csv.DictReader(file))
+
+    dumps = [packing / "grains.dump", "--contacts", packing / "contacts.dump"]
+    assert export(packing, "--out", tmp_path / "run", "--to", "csv,vtk", "--all") == 0
+    assert capsys.readouterr().out.split()[-1] == str(tmp_path / "run" / "contacts.pvd")
+    assert export(*dumps, "--out", tmp_path / "dumps", "--all") == 0
+    times = [row["time"] for row in rows("run/frames.csv")]
+    assert len(times) == len(list((tmp_path / "run").glob("grains.*.vtp"))) > 1
+    assert [row["time"] for row in rows("dumps/frames.csv")] == times
+    assert rows("dumps/grains.csv") == rows("run/grains.csv")
+    tables = [rows(f"{source}/contacts.csv") for source in ("dumps", "run")]
+    for table in tables:  # the dump has its pairs in no order
+        table.sort(key=lambda row: [int(row[name]) for name in ("step", "id_i", "id_j")])
+    assert len(tables[0]) == len(tables[1]) > 0
+    for name in ("step", "id_i", "id_j", "branch_x", "branch_y", "normal", "tangential", "gap", "stretch"):
+        assert [float(row[name]) for row in tables[0]] == [float(row[name]) for row in tables[1]], name
+    assert export(packing, "--out", tmp_path / "last") == 0
+    assert {row["step"] for row in rows("last/contacts.csv")} == {rows("run/frames.csv")[-1]["step"]}
+    capsys.readouterr()
+    for words, message in (
+        ([packing, "--to", "vtu"], "--to vtu is not known; choose from csv, parquet"),
+        ([packing, "--to", "graphml", "--all"], "one network"),
+        ([packing, "--frame", "99"], "frame 99 does not exist"),
+        ([packing / "scene.toml"], "no LAMMPS dump"),
+        ([packing / "scene.toml", "--all"], "no LAMMPS dump"),
+    ):
+        assert export(*words, "--out", tmp_path / "none") in (1, 2)
+        assert message in capsys.readouterr().err, words

@@ -226,7 +226,7 @@ def test_damage_is_named(case: str, copy: Path, capsys: pytest.CaptureFixture[st
     name, damage = DAMAGE[case]
     damage(copy / name)
     statuses = []
-    for command in ("measure", "plot", "status", "resume"):
+    for command in ("measure", "plot", "report", "status", "resume"):
         statuses.append(main([command, str(copy)]))
         text = capsys.readouterr().err
         assert statuses[-1] == 0 or str(copy) in text or command == "resume", text

@@ -150,3 +150,9 @@ def test_template_runs_with_plain_lmp(tmp_path: Path) -> None:
     assert "RESULT stage 1 step 400 equilibrated 0 stopped 0" in log
     residual = np.loadtxt(tmp_path / "inputs" / "series.txt", usecols=28)
     assert np.abs(residual).max() < 1e-2 * 4.33  # the energy of the gas is the zero of the account
+
+
+def test_a_run_that_ends_in_the_fixed_cell_says_so(wf: Wf) -> None:
+    done = wf("run", "method2", "--n", "60", "--kappa", "1e3", "--d0", "0.01", "--max-time", "0.5", "--out", "short")
+    assert done.returncode == 0, done.stderr
+    assert "(imposed none, fixed cell)" in done.stdout and "NOT in equilibrium" in done.stdout

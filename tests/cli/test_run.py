@@ -114,7 +114,7 @@ def test_measure_follows_results_that_are_newer_than_the_archive(wf: Wf, copy: P
     """The deck was run by hand in two parts with a look at it in between."""
     full = {name: (copy / name).read_bytes() for name in RESULTS}
     (copy / "run.h5").unlink()
-    cut_back(copy, 1, {"frame_every": 0})
+    cut_back(copy, 1)
     assert json.loads(wf("measure", "copy", "--json").stdout)["step"] == 0
     for name, content in full.items():
         (copy / name).write_bytes(content)
@@ -238,7 +238,7 @@ def test_checkpoint_of_a_run(packing: Path, copy: Path) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.8])
 def test_cut_back_leaves_a_prefix(share: float, packing: Path, copy: Path) -> None:
     last = int(steps(packing)[-1])
-    cut_back(copy, max(int(share * last), 1), {"frame_every": 0})
+    cut_back(copy, max(int(share * last), 1))
     kept = steps(copy)
     assert kept[-1] <= share * last
     whole: Any = steps(packing)

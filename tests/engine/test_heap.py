@@ -69,7 +69,7 @@ def test_energy_account_closes_to_second_order_in_the_step(poured: tuple[Heap, P
 
     fine = run(prepare(tmp_path / "fine", Heap(**SMALL, steps_per_period=4 * scene.steps_per_period)))
     paper = run(prepare(tmp_path / "paper", Heap(**SMALL, scheme="paper")))
-    assert residual(folder) < 0.003 and 0.01 < residual(paper) < 0.04
+    assert residual(folder) < 0.005 and 0.01 < residual(paper) < 0.06
     # four times the steps: 1/16, but for the first step of each contact (order 1/2 at worst)
     assert residual(fine) < 0.5 * residual(folder)
 
@@ -106,8 +106,8 @@ def test_step_holds_for_stiff_laws_and_full_impact(tmp_path: Path, law: dict[str
     scene = Heap(**law, grains=4, base_half_width=6.0, feed_half_width=2.0, max_time=25.0, frame_interval=0.0)
     series = read_series(run(prepare(tmp_path / "stiff", scene)) / "series.txt")
     assert series["poured"][-1] == 4
-    # second order at 20 steps per stiffest period
-    assert np.abs(series["residual"]).max() < 0.005 * series["energy_in"][-1]
+    # every impact is the hardest one: (2 pi/14)^2/24 of its energy
+    assert np.abs(series["residual"]).max() < 0.0084 * series["energy_in"][-1]
     assert 1.0 - series["overlap"].max() > 0.9 * scene.closest
 
 

@@ -49,10 +49,10 @@ class Vibrations:
     """Vibration modes in a fixed cell, lowest first.
 
     ``frequency`` (n,): omega = sign(lambda) sqrt|lambda| [1/time], lambda the eigenvalues of K U = lambda M U with
-    the masses m, m, m d^2/8 of uniform discs; negative for unstable modes.  ``modes`` (n, N, 3): u_1, u_2, theta
-    (zero without friction), normalised to U^T M U = 1.  ``participation`` (n,): (sum w_i)^2/(N sum w_i^2) with w_i =
-    m_i u_i^2 + I_i theta_i^2, from 1/N for one moving grain to 1 for all alike; among modes of equal frequency the
-    basis is arbitrary.
+    the masses m, m, m d^2/8 of uniform discs; negative for unstable modes, exactly 0 for the k mechanisms.  ``modes``
+    (n, N, 3): u_1, u_2, theta (zero without friction), normalised to U^T M U = 1.  ``participation`` (n,): (sum
+    w_i)^2/(N sum w_i^2) with w_i = m_i u_i^2 + I_i theta_i^2, from 1/N for one moving grain to 1 for all alike; among
+    modes of equal frequency the basis is arbitrary.
     """
 
     frequency: Floats
@@ -108,7 +108,13 @@ def vibrations(
     mass = np.column_stack((frame.mass, frame.mass, inertia))[:, : book.per_grain].ravel()
     weight = diags_array(1.0 / np.sqrt(mass))
     dynamical = csc_array(weight @ stiffness_matrix(frame, book, springs, length) @ weight)
-    values, vectors = eigh(dynamical.toarray()) if count is None else _lowest(dynamical, count, frame, book, mass)
+    if count is None:
+        values, vectors = eigh(dynamical.toarray())
+        # an arm that only rolling springs hold is softer than any threshold for "zero": the rank says how many are
+        mechanisms = factorise(dimensionless(frame, book), *grain_order(frame, book)).nullity
+        values[np.argsort(np.abs(values), kind="stable")[:mechanisms]] = 0.0
+    else:
+        values, vectors = _lowest(dynamical, count, frame, book, mass)
     shares = (vectors.T.reshape(-1, book.grains, book.per_grain) ** 2).sum(axis=2)
     modes = np.zeros((len(values), book.grains, 3))
     modes[:, :, : book.per_grain] = (weight @ vectors).T.reshape(-1, book.grains, book.per_grain)

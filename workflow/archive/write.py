@@ -1,4 +1,4 @@
-"""Frames, time series and provenance -> one HDF5 file that H5MD readers (MDAnalysis, OVITO) open."""
+"""Frames, time series and provenance -> one HDF5 file that H5MD readers (MDAnalysis) open."""
 
 from __future__ import annotations
 

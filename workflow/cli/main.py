@@ -8,10 +8,28 @@ import os
 import sys
 
 from workflow import __version__
-from workflow.cli import accuracy, bench, deck, doctor, measure, plot, resume, run, stability, status, verify
+from workflow.cli import (
+    accuracy,
+    bench,
+    deck,
+    doctor,
+    export,
+    measure,
+    plot,
+    report,
+    reproduce,
+    resume,
+    run,
+    stability,
+    status,
+    sweep,
+    verify,
+)
 from workflow.errors import WorkflowError
 
-COMMANDS = (run, resume, deck, measure, plot, status, verify, bench, accuracy, stability, doctor)
+COMMANDS = (
+    run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, accuracy, stability, doctor,
+)  # fmt: skip
 
 
 def parser() -> argparse.ArgumentParser:

@@ -64,20 +64,20 @@ def _text(result: dict[str, Any], arguments: argparse.Namespace, *, pooled: bool
     """For people: the summary of a run, and the groups that were asked for; everything for other sources."""
     source = arguments.source[0]
     if pooled or source.is_file():
-        return "\n".join(f"{name:44s}{text}" for name, text in _lines(result))
+        return "\n".join(f"{name:44s}{text}" for name, text in lines(result))
     text = summary(result, RunDirectory.open(source))
     extra = {name: result[name] for name in GROUPS if name in result} if named else {}
-    return "\n".join([text, *(f"{name:44s}{value}" for name, value in _lines(extra))])
+    return "\n".join([text, *(f"{name:44s}{value}" for name, value in lines(extra))])
 
 
-def _lines(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
+def lines(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
     """One line per number, named by its path."""
     for name, value in tree.items():
         path = f"{above}{name}"
         if isinstance(value, Mapping) and "samples" in value:
             yield path, _moments(value)
         elif isinstance(value, Mapping):
-            yield from _lines(value, f"{path}.")
+            yield from lines(value, f"{path}.")
         elif isinstance(value, list):
             yield path, " ".join(_short(entry) for entry in value[:SHOWN]) + (" ..." if len(value) > SHOWN else "")
         else:

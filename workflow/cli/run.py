@@ -95,6 +95,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     stress, residual, energy = measures["stress"], measures["energy_residual"], measures["kinetic_energy"]
     unbalanced, relaxation, numerics = measures["unbalanced_force"], measures["relaxation"], measures["numerics"]
     rumpf, state = measures["rumpf_ratio"], {True: "in", False: "NOT in", None: "not judged for"}[measures["equilibrated"]]
+    imposed = "none, fixed cell" if stress["targets"][0] is None else f"{stress['targets'][0]:g}"
     shares = "  ".join(f"x{k} {100 * share:.1f}" for k, share in enumerate(measures["neighbour_shares"]))
     rows = [
         ("solid fraction", f"{measures['solid_fraction']:.4f}"),
@@ -106,7 +107,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         ("neighbours [%]", shares),
         (
             "stress",
-            f"xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {stress['targets'][0]:g})",
+            f"xx {stress['xx']:.6g}  yy {stress['yy']:.6g}  xy {stress['xy']:.2g}  (imposed {imposed})",
         ),
         (
             "Rumpf ratio",

@@ -1,45 +1,54 @@
-"""wf status: where runs stand."""
+"""wf status: where runs and studies stand."""
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import shlex
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import command
 from workflow.engine.rundir import INTERRUPTED, RUNNING, RunDirectory
 from workflow.engine.watch import describe
-from workflow.errors import ArchiveError, InputError
+from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.study import ensemble
+from workflow.study.ensemble import POINTS, Study, alive, remaining
 
 EXAMPLES = """
 wf status                    every run below runs/
 wf status runs/method1-*     some of them
+wf status runs/study         a study of 'wf sweep' or 'wf reproduce': counts, what runs, what failed and why, core hours
 wf status packing --json     for programs
 """
+MOST_FAILED = 20  # that people see
 
 
 def declare(commands: Any) -> None:
     """Options of `wf status`."""
-    parser = command(commands, "status", "show where runs stand", EXAMPLES, action=action)
-    parser.add_argument("directories", type=Path, nargs="*", metavar="DIR", help="run directories (default: all of runs/)")
+    parser = command(commands, "status", "show where runs and studies stand", EXAMPLES, action=action)
+    parser.add_argument("directories", type=Path, nargs="*", metavar="DIR",
+                        help="run directories or studies (default: all of runs/)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def action(arguments: argparse.Namespace) -> int:
-    """Print one line per run."""
-    paths = arguments.directories or sorted(path.parent for path in Path("runs").glob("*/run.json"))
+    """Print one line per run, a block per study."""
+    every = sorted(path.parent for name in ("run.json", POINTS) for path in Path("runs").glob(f"*/{name}"))
+    paths = arguments.directories or every
     if not paths:
         raise InputError("no run directories below 'runs'; give some, or start one with 'wf run'")
-    rows = [_row(path) for path in paths]
+    rows = [_study(path) if (path / POINTS).is_file() else _row(path) for path in paths]
     if arguments.json:
         print(json.dumps(rows, indent=1))
     else:
         width = max(len(row["directory"]) for row in rows)
         for row in rows:
-            print(f"{row['directory']:{width}s}  {row['status']:11s}  {row['progress'] or ''}{row['reason'] or ''}")
+            if "counts" in row:
+                print(_block(row))
+            else:
+                print(f"{row['directory']:{width}s}  {row['status']:11s}  {row['progress'] or ''}{row['reason'] or ''}")
     return 0
 
 
@@ -56,7 +65,7 @@ def standing(directory: RunDirectory) -> dict[str, Any]:
     """Status, progress and reason of failure of one run."""
     state = directory.state
     status, reason = state["status"], state.get("reason")
-    if status == RUNNING and not _alive(state.get("pid")):
+    if status == RUNNING and not alive(state.get("pid")):
         status, reason = INTERRUPTED, f"  it was killed; continue with 'wf resume {shlex.quote(str(directory.path))}'"
     series = directory.series()
     return {
@@ -68,9 +77,47 @@ def standing(directory: RunDirectory) -> dict[str, Any]:
     }
 
 
-def _alive(pid: int | None) -> bool:
+def _study(path: Path) -> dict[str, Any]:
+    """Counts, core hours spent and left, and every point; the progress of those at work."""
+    study = Study.open(path)
+    standings = [study.standing(point) for point in study.points]
+    counts = Counter(now.status for now in standings)
+    left = remaining(study.points, standings)
+    return {
+        "directory": str(path),
+        "counts": {status: counts[status] for status in ensemble.STATUSES},
+        "core_hours_spent": sum(now.seconds for now in standings) / 3600.0,
+        "core_hours_left": None if left is None else left / 3600.0,
+        "points": [
+            {
+                "name": point.name, "label": study.label(point), "status": now.status, "reason": now.reason,
+                "seconds": now.seconds, "progress": _progress(study, point) if now.status == ensemble.RUNNING else None,
+            }
+            for point, now in zip(study.points, standings, strict=True)
+        ],
+    }  # fmt: skip
+
+
+def _progress(study: Study, point: ensemble.Point) -> str | None:
+    directory = study.directory(point)
     try:
-        os.kill(pid or 0, 0)
-    except (ProcessLookupError, PermissionError):
-        return False
-    return bool(pid)
+        series = directory.series()
+        return describe(series, directory.scene, None) if series else None
+    except WorkflowError:  # caught in the middle of a write
+        return None
+
+
+def _block(row: dict[str, Any]) -> str:
+    """A study for people."""
+    left = row["core_hours_left"]
+    cost = f"core hours: {row['core_hours_spent']:.2f} spent, {'unknown' if left is None else f'about {left:.2f}'} left"
+    counts = ", ".join(f"{count} {status}" for status, count in row["counts"].items() if count or status == ensemble.DONE)
+    failed = [one for one in row["points"] if one["status"] == ensemble.FAILED]
+    shown = [one for one in row["points"] if one["status"] == ensemble.RUNNING] + failed[:MOST_FAILED]
+    width = max((len(one["label"]) for one in shown), default=0)
+    lines = []
+    for one in shown:
+        words = one["progress"] or one["reason"] or ""
+        lines.append(f"  {one['status']:8s} {one['name']}  {one['label']:{width}s}  {words}")
+    lines += [f"  and {len(failed) - MOST_FAILED} more failed: see --json"] if len(failed) > MOST_FAILED else []
+    return "\n".join([f"{row['directory']}  {len(row['points'])} points: {counts or 'none'}; {cost}", *lines])

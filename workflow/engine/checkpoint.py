@@ -6,20 +6,14 @@ import hashlib
 import json
 import os
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from workflow.archive.dumps import read_blocks
 from workflow.archive.write import replacing
 
-# dumps of a deck: what a row of theirs is, and the variable that holds their interval in steps
-DUMPS = {
-    "grains.dump": ("ATOMS", "frame_every"),
-    "contacts.dump": ("ENTRIES", "frame_every"),
-    "tracks.dump": ("ATOMS", "track_every"),
-}
+DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"
 # record flags at the head of a restart file
 _VERSION, _SMALLINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(6)
@@ -141,17 +135,13 @@ def step_of(path: Path) -> int | None:
         return None
 
 
-def cut_back(folder: Path, step: int, variables: Mapping[str, Any]) -> None:
-    """Drop what series and dumps of ``folder`` hold beyond the checkpoint of ``step``: the resumed run writes it again.
-
-    ``variables`` of the deck tell which frames come at regular steps: those are written before the checkpoint of the same
-    step, the last frame of a stage after it.
-    """
+def cut_back(folder: Path, step: int) -> None:
+    """Drop rows of the series beyond the checkpoint of ``step`` in ``folder``, and frames at or beyond it: the resumed run
+    writes those again."""
     _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
-    for name, (kind, interval) in DUMPS.items():
+    for name, kind in DUMPS.items():
         if (folder / name).is_file():
-            every = int(variables[interval])
-            _cut_dump(folder / name, kind, step if every and step % every == 0 else step - 1)
+            _cut_dump(folder / name, kind, step)
 
 
 def drop_repeats(folder: Path) -> None:
@@ -178,10 +168,10 @@ def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:
             draft.write_text("".join(kept), encoding="ascii")
 
 
-def _cut_dump(path: Path, kind: str, last: int) -> None:
+def _cut_dump(path: Path, kind: str, step: int) -> None:
     end = 0
     for block in read_blocks(path, kind):
-        if block.step > last:
+        if block.step >= step:
             break
         end = block.line + len(block.table)
     with replacing(path) as draft, open(path, "rb") as old, open(draft, "wb") as new:

@@ -21,7 +21,6 @@ from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.engine.watch import Progress
 from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
-from workflow.scene.heap import Heap
 
 POLL = 0.25  # seconds between looks at a running child
 SPARE = 1_000_000  # bytes, besides three checkpoints, that must stay free on the disk
@@ -37,6 +36,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     environment = engine()
     with directory.lock():
         variables = _start(directory, resume, out)
+        before = float(directory.state.get("seconds") or 0.0)  # of the parts before this one
         command = [*python_child(), DECK, *variables]
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
@@ -46,13 +46,13 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
             child = subprocess.Popen(
                 command, cwd=directory.path, env=environment.variables(), stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=_die_with_parent,
+                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=die_with_parent,
             )  # fmt: skip
             interrupted, full = _watch(child, directory, progress.show, seals)
             errors.seek(0)
             words = errors.read().strip()
         progress.end()
-        seconds = time.monotonic() - begun
+        seconds = before + time.monotonic() - begun
         result = directory.result()
         if full or child.returncode != 0 or not result:
             reason = full or _reason(child.returncode, words)
@@ -83,13 +83,10 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:
     where = f"{checkpoint.path.name}, step {checkpoint.step}" if checkpoint else "the beginning: no whole checkpoint is there"
     print(f"continuing from {where}", file=out)
     _forget_result(directory)
-    variables = directory.scene.variables()
     if checkpoint is None:  # interrupted before the first checkpoint: start over
-        cut_back(directory.path, -1, variables)
+        cut_back(directory.path, -1)
         return []
-    if not isinstance(directory.scene, Heap):
-        variables["frame_every"] = directory.scene.frame_every(directory.scene.stages[checkpoint.stage])
-    cut_back(directory.path, checkpoint.step, variables)
+    cut_back(directory.path, checkpoint.step)
     return ["resume", "yes", "restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
 
 
@@ -152,8 +149,8 @@ def _full(directory: RunDirectory, seals: Seals) -> str | None:
     )
 
 
-def _die_with_parent() -> None:
-    """In the child, before it becomes the engine: end when wf is killed, so that no engine runs on unwatched."""
+def die_with_parent() -> None:
+    """In a child, before it becomes another program: end when wf is killed, so that no engine runs on unwatched."""
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 

@@ -22,7 +22,7 @@ from workflow.engine.rundir import FINISHED, INTERRUPTED, PREPARED, RunDirectory
 from workflow.errors import InputError
 from workflow.scene.presets import Scene
 
-RESULTS = {"series.txt": None, **{name: kind for name, (kind, _) in DUMPS.items()}}
+RESULTS = {"series.txt": None, **DUMPS}
 # Where bits may differ (ranks, versions, machine), rounding grows exponentially while grains collide: two such runs are two
 # samples.  Bounds for 1400 grains, four times the scatter between samples of G07 table V and of docs/results; they grow
 # as 1/sqrt(N).

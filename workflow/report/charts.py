@@ -173,10 +173,10 @@ def vibration_chart(samples: Sequence[Vibrations], path: Path, *, whole: bool) -
         values = [s.frequency for s in samples]
         every = np.concatenate(values)
         top = float(every.max())
-        mechanical = every > 1e-3 * top  # zero modes: rounding leaves them at about 1e-7 of the top
+        mechanical = every != 0.0
         if whole:
             edges = np.linspace(0.0, top, 41)
-            _steps(upper, edges, [np.histogram(v[v > 1e-3 * top], edges)[0] / (len(v) * np.diff(edges)) for v in values])
+            _steps(upper, edges, [np.histogram(v[v != 0.0], edges)[0] / (len(v) * np.diff(edges)) for v in values])
             upper.set_ylabel(r"density of states $D(\omega)$")
         else:
             for v in values:

@@ -1,31 +1,41 @@
-"""One self-contained HTML page of a study: text, figures, tables."""
+"""One self-contained HTML page: its frame, style and tables; the pages of studies are text, figures and tables."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from workflow.archive.write import replacing
+from workflow.report.figures import BLUE, FILL, GREEN, INK, ORANGE, OUTLINE, RATTLER, RED
 
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title><style>
-:root {{ color-scheme: light dark; --ink: #222; --paper: #fff; --line: #ccc; --shade: #f4f4f4 }}
-@media (prefers-color-scheme: dark) {{ :root {{ --ink: #ddd; --paper: #17181a; --line: #444; --shade: #222427 }} }}
-body {{ font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1150px;
-  margin: 2rem auto; padding: 0 1rem }}
-h1 {{ font-size: 1.5rem }} h2 {{ font-size: 1.15rem; margin-top: 2rem }}
-img {{ width: 100%; background: #fff; border-radius: 4px }}
-.wide {{ overflow-x: auto }}
-table {{ border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums }}
-th, td {{ padding: .2rem .6rem; border-bottom: 1px solid var(--line); text-align: left }}
-tr:nth-child(even) td {{ background: var(--shade) }}
-code {{ background: var(--shade); padding: .1rem .3rem }}
-</style></head><body><h1>{title}</h1>{body}</body></html>
-"""
+COLOURS = {"red": RED, "green": GREEN, "blue": BLUE, "orange": ORANGE, "ink": INK, "fill": FILL, "rattler": RATTLER,
+           "outline": OUTLINE}  # fmt: skip
+
+
+def template(name: str) -> str:
+    """The text of a file of templates/."""
+    return files("workflow.report").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def document(title: str, body: str, *, style: str = "", script: str = "", data: Any = None) -> str:
+    """The whole page.  ``body``: HTML; ``style`` and ``script`` beside those of every page; ``data``: JSON for the script.
+
+    Nothing from elsewhere is loaded and no script but this one runs: the page's own policy forbids it to the browser.
+    """
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    return Template(template("page.html")).substitute(
+        title=escape(title), body=body, style=Template(template("page.css")).substitute(COLOURS) + style, script=script,
+        policy=f"'sha256-{digest}'" if script else "'none'",
+        # no tag can begin inside the data, whatever a name in them says
+        data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
+    )  # fmt: skip
 
 
 def write_page(path: Path, title: str, parts: Sequence[tuple[str, Any]]) -> None:
@@ -33,13 +43,21 @@ def write_page(path: Path, title: str, parts: Sequence[tuple[str, Any]]) -> None
     mappings)."""
     body = "\n".join(_PARTS[kind](content) for kind, content in parts)
     with replacing(path) as draft:
-        draft.write_text(_PAGE.format(title=escape(title), body=body), encoding="utf-8")
+        draft.write_text(document(title, f"<h1>{escape(title)}</h1>{body}"), encoding="utf-8")
 
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = "".join(f"<th>{escape(name.replace('_', ' '))}</th>" for name in rows[0])
-    lines = ("".join(f"<td>{escape(_shown(value))}</td>" for value in row.values()) for row in rows)
-    return f"<div class='wide'><table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table></div>"
+    return table([name.replace("_", " ") for name in rows[0]], [[_shown(value) for value in row.values()] for row in rows])
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of texts; the first column names the row."""
+    top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    lines = (
+        f'<tr><th scope="row">{escape(row[0])}</th>{"".join(f"<td>{escape(cell)}</td>" for cell in row[1:])}</tr>'
+        for row in rows
+    )
+    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
 
 
 def _shown(value: Any) -> str:

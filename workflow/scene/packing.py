@@ -173,13 +173,6 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         check = self.check_interval
         return check * min(math.ceil(time / (check * self.step_choice.step)), MOST_STEPS // check)
 
-    def frame_every(self, stage: str) -> int:
-        """Steps between the frames of a stage, as the deck counts them: fewer where its steps are longer."""
-        if not self.frame_interval:
-            return 0
-        check = self.check_interval
-        return check * math.ceil(self.every(self.frame_interval) / check * (self.step_choice.step / self.step_of(stage).step))
-
     def files(self) -> dict[str, str]:
         """What the deck reads beside its data file: nothing."""
         return {}

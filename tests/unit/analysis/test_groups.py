@@ -48,8 +48,7 @@ def test_groups_agree_with_each_other():
     assert floppy["mechanisms"] + 3 * floppy["loose_grains"] == fixed.mechanisms
     assert sum(s * n for s, n in zip(*result["clusters"]["aggregates"]["sizes"].values(), strict=True)) == frame.grains
     assert result["clusters"]["stressed"]["loops"] <= result["clusters"]["aggregates"]["loops"]
-    zero = sum(abs(f) < 1e-5 for f in result["vibrations"]["frequency"])  # 1e-5: root of rounding, 1e-11 of K_N
-    assert zero == fixed.floppy_modes
+    assert result["vibrations"]["frequency"].count(0.0) == fixed.floppy_modes
     covered = result["holes"]["grid"]["number"]
     assert covered >= result["holes"]["number"] > 0  # at a contact the mesh pinches off cusps
 

@@ -178,7 +178,7 @@ def test_cut_back_of_the_series(run: RunDirectory) -> None:
     write_series(run, np.ones(10))
     with open(run / "series.txt", "a") as file:
         file.write("# " + " ".join(COLUMNS) + "\n100 5 1")
-    cut_back(run.path, 45, {})
+    cut_back(run.path, 45)
     series = run.series()
     assert series is not None
     assert series["step"].tolist() == [0, 10, 20, 30, 40]
@@ -186,7 +186,7 @@ def test_cut_back_of_the_series(run: RunDirectory) -> None:
 
 def test_cut_back_to_nothing(run: RunDirectory) -> None:
     write_series(run, np.ones(3))
-    cut_back(run.path, -1, {})
+    cut_back(run.path, -1)
     assert run.series() is None
 
 

@@ -1,0 +1,151 @@
+"""`wf reproduce` from the data to the scoreboard, on a paper small enough for a test."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from workflow.cli.main import main
+from workflow.study import papers
+
+TINY = """
+paper = "A paper of sixty grains"
+short = "T1"
+uncertainty = "as printed"
+[quick]
+n = 60
+samples = 1
+[[block]]
+table = "1"
+title = "tiny packings"
+options = { scene = "method1", cohesion = false, kappa = 1e3, hold = 1 }
+row = [{ name = "small", samples = [[60, 2]] }]
+column = [{ name = "rough", options = { mu = 0.5 } }, { name = "smooth", options = { mu = 0.1 } }]
+  [[block.number]]
+  name = "Phi"
+  measure = "solid_fraction"
+  value = [[0.79, 0.1]]
+  error = [[0.05, 0.01]]
+  reason = "made up"
+  [[block.number]]
+  name = "rattlers"
+  measure = "rattler_fraction"
+  high = 1.0
+  [[block.number]]
+  name = "z at the end of the compression"
+  measure = "coordination"
+  value = [[3.0, nan]]
+  error = [[5.0, nan]]
+[[block]]
+table = "2"
+title = "no scene"
+row = [{ name = "" }]
+column = [{ name = "" }]
+  [[block.number]]
+  name = "the answer"
+  value = 42
+  reason = "no scene gives it"
+[[figure]]
+number = "1a"
+plot = "coordination"
+of = [["1", "small", "rough"]]
+shows = "bars"
+[[figure]]
+number = "2"
+plot = "density"
+of = [["1", "small", "rough"], ["1", "small", "smooth"]]
+most = 1
+shows = "two curves"
+[undrawn]
+3 = "a drawing"
+"""
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of papers with one, and the place to work in."""
+    (tmp_path / "papers").mkdir()
+    (tmp_path / "papers" / "tiny.toml").write_text(TINY)
+    monkeypatch.setattr(papers, "_folder", lambda: tmp_path / "papers")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_from_the_data_to_the_scoreboard(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reproduce", "tiny", "--no-run"]) == 0  # nothing is there yet
+    assert "6 not run" in capsys.readouterr().out
+    assert main(["reproduce", "tiny", "--jobs", "2"]) == 0
+    out = capsys.readouterr().out
+    assert "4 agrees, 1 differs, 0 misprint suspected, 0 not judged, 1 not run" in out
+    with open("runs/tiny/scoreboard.csv", newline="") as file:
+        table = {(row["column"], row["quantity"]): row for row in csv.DictReader(file)}
+    rough = table["rough", "Phi"]
+    each = []
+    for name in rough["digests"].split():
+        each.append(json.loads(Path(f"runs/tiny/points/{name}/measures.json").read_text())["solid_fraction"])
+    assert len(each) == 2
+    assert float(rough["ours"]) == pytest.approx(sum(each) / 2.0, rel=1e-14)
+    assert float(rough["standard_error"]) == pytest.approx(abs(each[0] - each[1]) / 2.0, rel=1e-12)
+    assert rough["at_rest"] == "2"
+    assert table["smooth", "Phi"]["verdict"] == "differs"
+    assert table["smooth", "Phi"]["reason"] == "made up"
+    assert table["", "the answer"]["reason"] == "no scene gives it"
+    text = Path("runs/tiny/scoreboard.md").read_text()
+    assert "4 of 4 finished" in text
+    assert "[figures/fig2.png]" in text
+    for name in ("fig1a", "fig2"):
+        assert Path(f"runs/tiny/figures/{name}.png").stat().st_size > 5000
+    before = {path: path.stat().st_mtime_ns for path in Path("runs/tiny/points").glob("*/run.json")}
+    assert main(["reproduce", "tiny", "--json"]) == 0  # nothing is computed again
+    assert json.loads(capsys.readouterr().out)["counts"]["agrees"] == 4
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    assert main(["reproduce", "tiny", "--quick", "--adopt", "runs/tiny", "--table", "1"]) == 0
+    said = capsys.readouterr()
+    assert "adopted 2 finished runs" in said.err
+    assert "not the paper's size" in said.err
+    assert "Not the paper's size" in Path("runs/tiny-quick/scoreboard.md").read_text()
+
+
+def test_measures_of_an_earlier_stage_are_kept(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The frame at the end of `compress` is not the end of the run; what was measured of it is read the next time."""
+    text = TINY.replace("samples = [[60, 2]]", 'samples = [[60, 1]], stage = "compress"')
+    (tiny / "papers" / "tiny.toml").write_text(text)
+    assert main(["reproduce", "tiny", "--table", "1"]) == 0
+    capsys.readouterr()
+    (kept, _) = sorted(Path("runs/tiny/measures").iterdir())
+    table = json.loads(kept.read_text())
+    end = json.loads(Path(f"runs/tiny/points/{kept.stem}/measures.json").read_text())
+    assert table["compress standard"]["step"] < end["step"]
+    table["compress standard"]["solid_fraction"] = 0.5
+    kept.write_text(json.dumps(table))
+    assert main(["reproduce", "tiny", "--table", "1", "--json"]) == 0
+    assert 0.5 in [row["ours"] for row in json.loads(capsys.readouterr().out)["numbers"]]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["tini"], "unknown paper 'tini'; did you mean tiny?"),
+        (["tiny", "--table", "7"], "--table 7 is not known in T1; there are: 1, 2"),
+        (["tiny", "--table", "2..a"], "--table 2..a is not allowed"),
+        (["tiny", "--figure", "3"], "--figure 3 is not drawn: a drawing"),
+        (["tiny", "--samples", "0"], "--samples 0 is not allowed"),
+        (["tiny", "--jobs", "0"], "--jobs 0 is not allowed"),
+    ],
+)
+def test_misuse(words: list[str], said: str, tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reproduce", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
+def test_dry_run_lists_points_and_figures(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reproduce", "tiny", "--dry-run"]) == 0
+    out = capsys.readouterr().out
+    assert "4 points, 0 done" in out
+    assert "figure 2: density: two curves" in out
+    assert "figure 3: not drawn: a drawing" in out
+    assert not Path("runs").exists()

@@ -1,0 +1,197 @@
+"""A run in files that other tools open: tables (CSV, Parquet), ParaView (VTK), OVITO (GSD), graph tools (GraphML).
+
+All keep float64 but for the positions in GSD files, which that format holds as float32 (for pictures, not for gaps).
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, fields
+from importlib import import_module
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.archive.vtk import write_collection, write_polydata
+from workflow.archive.write import replacing
+from workflow.errors import EnvironmentFault, InputError
+
+if TYPE_CHECKING:
+    import networkx
+
+Columns = dict[str, np.ndarray]
+PLAIN = tuple(field.name for field in fields(Contacts) if field.name not in ("i", "j", "branch"))
+
+
+@dataclass(frozen=True)
+class Format:
+    """``needs``: the package it takes, "" for none.  ``write`` takes frames and a folder and gives the files."""
+
+    meaning: str
+    needs: str
+    write: Callable[[Iterable[Frame], Path], list[Path]]
+
+
+def grain_columns(frame: Frame) -> Columns:
+    """Grains as columns (N,), in scene units; names as in the dumps of a run."""
+    (x, y), (vx, vy), (fx, fy) = frame.position.T, frame.velocity.T, frame.force.T
+    return {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x, "y": y, "vx": vx, "vy": vy,
+            "spin": frame.spin, "fx": fx, "fy": fy, "torque": frame.torque}  # fmt: skip
+
+
+def contact_columns(frame: Frame) -> Columns:
+    """Interactions as columns (M,): ids of the two grains, branch from i to j, ``normal`` = N, and those of `Contacts`."""
+    pairs = frame.contacts
+    ends = {
+        "id_i": frame.ids[pairs.i],
+        "id_j": frame.ids[pairs.j],
+        "branch_x": pairs.branch[:, 0],
+        "branch_y": pairs.branch[:, 1],
+    }
+    return ends | {"normal": pairs.normal_force} | {name: getattr(pairs, name) for name in PLAIN}
+
+
+def tables(frame: Frame) -> dict[str, Columns]:
+    """Three tables of one frame, the rows of each marked with its step: ``frames`` (one row), ``grains``, ``contacts``."""
+    row = {"time": frame.time, "stage": frame.stage, "origin_x": frame.origin[0], "origin_y": frame.origin[1],
+           "cell_x": frame.cell[0], "cell_y": frame.cell[1]}  # fmt: skip
+    parts = {"frames": {name: np.array([value]) for name, value in row.items()}}
+    parts |= {"grains": grain_columns(frame), "contacts": contact_columns(frame)}
+    return {
+        name: {"step": np.full(len(next(iter(columns.values()))), frame.step), **columns} for name, columns in parts.items()
+    }
+
+
+def graph(frame: Frame) -> networkx.Graph:
+    """The interaction network as a networkx.Graph: nodes are grain ids with diameter, mass, x, y; the edges hold
+    `contact_columns` (``branch`` and moments lead from ``id_i`` to ``id_j``).
+
+    Raises EnvironmentFault if networkx is not installed.
+    """
+    whole = {"step": frame.step, "time": frame.time, "cell_x": float(frame.cell[0]), "cell_y": float(frame.cell[1])}
+    result = _needed("networkx").Graph(**whole)
+    grains = {name: column for name, column in grain_columns(frame).items() if name in ("id", "diameter", "mass", "x", "y")}
+    result.add_nodes_from((row["id"], row) for row in _records(grains))
+    result.add_edges_from((row["id_i"], row["id_j"], row) for row in _records(contact_columns(frame)))
+    return result
+
+
+def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
+    """``frames.csv``, ``grains.csv``, ``contacts.csv``: the shortest digits that read back to the same float64."""
+    paths = {name: folder / f"{name}.csv" for name in ("frames", "grains", "contacts")}
+    with ExitStack() as stack:
+        drafts = {name: stack.enter_context(replacing(path)) for name, path in paths.items()}
+        writers = {name: csv.writer(stack.enter_context(open(draft, "w", newline=""))) for name, draft in drafts.items()}
+        for number, frame in enumerate(frames):
+            for name, columns in tables(frame).items():
+                if not number:
+                    writers[name].writerow(columns)
+                writers[name].writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    return list(paths.values())
+
+
+def write_parquet(frames: Iterable[Frame], folder: Path) -> list[Path]:
+    """``frames.parquet``, ``grains.parquet``, ``contacts.parquet``; one row group a frame."""
+    arrow, parquet = _needed("pyarrow"), _needed("pyarrow.parquet")
+    paths = {name: folder / f"{name}.parquet" for name in ("frames", "grains", "contacts")}
+    writers: dict[str, Any] = {}
+    with ExitStack() as stack:
+        drafts = {name: stack.enter_context(replacing(path)) for name, path in paths.items()}
+        for frame in frames:
+            for name, columns in tables(frame).items():
+                table = arrow.table(columns)
+                if name not in writers:
+                    writers[name] = stack.enter_context(parquet.ParquetWriter(drafts[name], table.schema))
+                writers[name].write_table(table)
+    return list(paths.values())
+
+
+def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
+    """``grains.pvd`` and ``contacts.pvd`` for ParaView, with a VTP file for each frame.
+
+    Grains are points; each contact is a line of its own from the centre of i along the branch, so that contacts across a
+    border of the cell stick out of it.
+    """
+    series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": []}
+    for number, frame in enumerate(frames):
+        clock = {"TimeValue": np.array([frame.time]), "cell": np.concatenate((frame.origin, frame.cell))}
+        grains = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "velocity": _spatial(frame.velocity),
+                  "spin": frame.spin, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
+        start = frame.position[frame.contacts.i]
+        ends = np.stack((start, start + frame.contacts.branch), axis=1).reshape(-1, 2)
+        for name, points, kind, data in (
+            ("grains", frame.position, "Verts", grains), ("contacts", ends, "Lines", contact_columns(frame)),
+        ):  # fmt: skip
+            path = folder / f"{name}.{number:05d}.vtp"
+            write_polydata(path, _spatial(points), kind, data, clock)
+            series[name].append((frame.time, path))
+    for name, members in series.items():
+        write_collection(folder / f"{name}.pvd", members)
+    return [folder / f"{name}.pvd" for name in series]
+
+
+def write_gsd(frames: Iterable[Frame], folder: Path) -> list[Path]:
+    """``run.gsd`` for OVITO: discs, contacts as bonds with their forces, the cell, all frames."""
+    hoomd = _needed("gsd.hoomd")
+    path = folder / "run.gsd"
+    with replacing(path) as draft, hoomd.open(draft, "w") as file:
+        for frame in frames:
+            shot, pairs = hoomd.Frame(), contact_columns(frame)
+            shot.configuration.step, shot.configuration.dimensions = frame.step, 2
+            shot.configuration.box = [*frame.cell, 1.0, 0.0, 0.0, 0.0]
+            shot.particles.N, shot.bonds.N = frame.grains, len(frame.contacts)
+            inside = frame.position - frame.origin - frame.cell / 2  # the centre of a GSD box is the origin
+            shot.particles.position = _spatial(inside - frame.cell * np.round(inside / frame.cell))
+            shot.particles.velocity = _spatial(frame.velocity)
+            shot.particles.diameter, shot.particles.mass = frame.diameter, frame.mass
+            shot.bonds.group = np.column_stack((frame.contacts.i, frame.contacts.j))
+            shot.log = {"time": np.array([frame.time]), "particles/id": frame.ids, "particles/spin": frame.spin}
+            for name in ("normal", *PLAIN):
+                column = pairs[name]
+                shot.log[f"bonds/{name}"] = column.astype(np.uint8) if column.dtype == bool else column
+            file.append(shot)
+    return [path]
+
+
+def write_graphml(frames: Iterable[Frame], folder: Path) -> list[Path]:
+    """``contacts.graphml``: `graph` of one frame, for NetworkX, igraph, Gephi, Cytoscape."""
+    networkx, (frame, *more) = _needed("networkx"), islice(frames, 2)
+    if more:
+        raise InputError("a GraphML file holds one network; choose its frame with --frame, without --all")
+    path = folder / "contacts.graphml"
+    with replacing(path) as draft:
+        networkx.write_graphml(graph(frame), draft)
+    return [path]
+
+
+FORMATS = {
+    "csv": Format("tables of frames, grains and contacts", "", write_csv),
+    "parquet": Format("the same tables for pandas, polars, R", "pyarrow", write_parquet),
+    "vtk": Format("grains and contacts for ParaView", "", write_vtk),
+    "gsd": Format("grains and contacts for OVITO", "gsd", write_gsd),
+    "graphml": Format("the network of one frame for NetworkX, Gephi", "networkx", write_graphml),
+}
+
+
+def _needed(name: str) -> Any:
+    """An optional package; EnvironmentFault that says how to get it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        package = name.split(".")[0]
+        raise EnvironmentFault(f"this export needs {package}, which is not installed; pip install {package}") from None
+
+
+def _records(columns: Columns) -> Iterator[dict[str, Any]]:
+    """The rows of a table, one dictionary of plain numbers each."""
+    return (dict(zip(columns, row, strict=True)) for row in zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def _spatial(vectors: Floats) -> Floats:
+    """(n, 2) as (n, 3) with zeros behind."""
+    return np.column_stack((vectors, np.zeros(len(vectors))))

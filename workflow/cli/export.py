@@ -1,0 +1,47 @@
+"""wf export: frames of a run for the tools that people already use."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from workflow.archive.export import FORMATS
+from workflow.cli.options import command
+from workflow.cli.sources import add_sources, frames_of
+from workflow.errors import InputError
+
+EXAMPLES = """
+wf export runs/method1-130aae48                        grains and contacts of the last frame as CSV, in its folder export
+wf export runs/method1-130aae48 --to vtk --all         every frame for ParaView: open grains.pvd and contacts.pvd
+wf export runs/method1-130aae48 --to gsd --all         every frame for OVITO: open run.gsd
+wf export packing --to parquet,graphml --frame 0       the first frame; elsewhere with --out DIR
+wf export grains.dump --contacts contacts.dump         LAMMPS dumps of another deck
+"""
+
+
+def declare(commands: Any) -> None:
+    """Options of `wf export`."""
+    rows = [f"  {name:9s}{form.meaning}{f' (needs {form.needs})' if form.needs else ''}" for name, form in FORMATS.items()]
+    parser = command(
+        commands, "export", "write grains and contacts for other tools", EXAMPLES + "\n".join(["", "formats:", *rows]) + "\n",
+        action=action,
+    )  # fmt: skip
+    add_sources(parser, measured=False)
+    parser.add_argument("--to", default="csv", metavar="FORMATS", help=f"names with commas: {', '.join(FORMATS)} (default csv)")
+    parser.add_argument("--all", action="store_true", help="every frame instead of one")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where to write (default: export in the run directory)")
+
+
+def action(arguments: argparse.Namespace) -> int:
+    """Write the files and say where they are."""
+    (source,), names = arguments.source, arguments.to.split(",")
+    for name in names:
+        if name not in FORMATS:
+            raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
+    out = arguments.out or (source.parent if source.is_file() else source) / "export"
+    out.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        for path in FORMATS[name].write(frames_of(source, arguments), out):
+            print(path)
+    return 0

@@ -1,0 +1,163 @@
+"""wf reproduce: the numbers and figures of a paper from runs of our own, and the scoreboard."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from workflow import __version__
+from workflow.archive.read import Archive
+from workflow.cli.assembling import density, pores
+from workflow.cli.options import command
+from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan
+from workflow.engine.heap import ground
+from workflow.engine.rundir import ARCHIVE
+from workflow.errors import InputError, WorkflowError
+from workflow.scene.heap import Heap
+from workflow.study.ensemble import Point, Study
+from workflow.study.evaluate import frame_index, law_of
+from workflow.study.jobs import Outcome
+from workflow.study.papers import Drawing, Paper, papers, points_of, read_paper
+from workflow.study.reproduce import provenance, rows, samples_of
+from workflow.study.scoreboard import counts, write
+
+EXAMPLES = """
+wf reproduce gilabert2007 --quick --jobs 2           everything in minutes, at a small size: does it work here?
+wf reproduce gilabert2007 --table 2..3 --jobs 2      tables II and III, the paper's size
+wf reproduce gilabert2007 --table 5 --samples 2      two samples of each kind instead of the paper's number
+wf reproduce gilabert2007 --figure 9                 figures 9a to 9c and the runs they need
+wf reproduce gilabert2007 --dry-run                  what would be computed, what is done
+wf reproduce gilabert2007 --adopt runs --no-run      the scoreboard of the finished runs found in runs
+wf status runs/gilabert2007                          where it stands
+"""
+
+
+def declare(commands: Any) -> None:
+    """Options of `wf reproduce`."""
+    parser = command(commands, "reproduce", "compute a paper's numbers and compare them one by one", EXAMPLES, action=action)
+    parser.add_argument("paper", metavar="PAPER", help=f"one of: {', '.join(papers())}")
+    parser.add_argument("--table", metavar="T", help="tables: 2, or 2..5, or 2,5,text (default: everything)")
+    parser.add_argument("--figure", metavar="F", help="figures: 9, or 9b, or 9..12, or 9,23 (default: everything)")
+    parser.add_argument("--quick", action="store_true", help="few and small samples, in minutes; not the paper's size")
+    parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
+    add_jobs(parser)
+    parser.add_argument("--no-run", action="store_true", help="compute nothing: the scoreboard of what is finished")
+    parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
+
+
+def action(arguments: argparse.Namespace) -> int:
+    """Compute what is missing, measure, compare, draw."""
+    check_jobs(arguments)
+    if arguments.samples is not None and arguments.samples < 1:
+        raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
+    paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
+    numbers, drawings = paper.chosen(_list(arguments.table, "--table"), _list(arguments.figure, "--figure"))
+    folder = arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else ""))
+    study = Study(folder, points_of(numbers, drawings))
+    if paper.quick:
+        print("quick: fewer and smaller samples, not the paper's size", file=sys.stderr)
+    if arguments.dry_run:
+        print(plan(study))
+        print("\n".join(f"figure {one.number}: {one.plot or 'not drawn'}: {one.shows}" for one in paper.drawings))
+        return 0
+    if arguments.no_run:
+        declare_and_adopt(study, arguments)
+    outcome = Outcome() if arguments.no_run else carry_out(study, arguments)
+    if outcome.interrupted:
+        return ended(outcome)
+    found = rows(study, numbers, _say)
+    figures = [_draw(study, drawing, folder) for drawing in drawings]
+    _say("")
+    words = shlex.join(["wf", *sys.argv[1:]])
+    if found:
+        write(folder, paper, found, figures, provenance(study, words, f"workflow {__version__}"))
+    if arguments.json:
+        print((folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": figures}))
+        return ended(outcome)
+    _summary(paper, found, figures, folder)
+    return ended(outcome)
+
+
+def _summary(paper: Paper, found: Sequence[Any], figures: Sequence[dict[str, str]], folder: Path) -> None:
+    """What came out, for people."""
+    if found:
+        print(", ".join(f"{count} {verdict}" for verdict, count in counts(found).items()))
+        print(f"{folder / 'scoreboard.md'}  (.csv, .json)")
+    drawn = [one["file"] for one in figures if one["file"]]
+    if drawn:
+        print(f"{len(drawn)} figures in {folder / 'figures'}")
+    for trouble in dict.fromkeys(one["trouble"] for one in figures if one["trouble"]):
+        print(f"not drawn: {', '.join(one['number'] for one in figures if one['trouble'] == trouble)}: {trouble}")
+
+
+def _list(text: str | None, option: str) -> list[str] | None:
+    """The names in 2..5,7: whole numbers of a range, other words as they are."""
+    if text is None:
+        return None
+    names: list[str] = []
+    for part in text.split(","):
+        first, dots, last = part.strip().partition("..")
+        if not dots:
+            names.append(first)
+        elif first.isdigit() and last.isdigit() and int(first) <= int(last) < 1000:
+            names += [str(k) for k in range(int(first), int(last) + 1)]
+        else:
+            raise InputError(f"{option} {text} is not allowed: write a number, a range as 2..5, or several with commas")
+    return names
+
+
+def _say(text: str) -> None:
+    """A line of a terminal that is written over."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r" + text.ljust(40) + ("" if text else "\r"))
+        sys.stderr.flush()
+
+
+def _draw(study: Study, drawing: Drawing, folder: Path) -> dict[str, str]:
+    """The figure's file, or why there is none."""
+    name = f"figures/fig{drawing.number}.png"
+    row = {"number": drawing.number, "plot": drawing.plot or "", "file": "", "shows": drawing.shows, "trouble": ""}
+    points, names = [], []
+    for case in drawing.cases:
+        found = samples_of(study, case)[: drawing.most]
+        if not found:
+            return row | {"trouble": "not all of its samples are finished"}
+        points += [(point, case.stage) for point in found]
+        names += [" ".join(case.where[1:]).strip()] * len(found)
+    _say(f"drawing figure {drawing.number}")
+    (folder / "figures").mkdir(exist_ok=True)
+    try:
+        _plot(study, drawing.plot or "", points, names, folder / name)
+    except WorkflowError as fault:
+        return row | {"trouble": str(fault)}
+    return row | {"file": name}
+
+
+def _plot(study: Study, kind: str, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
+    """Draw by the kind of `wf plot`."""
+    from workflow.report import heap  # matplotlib is slow to import
+    from workflow.report.gallery import PLOTS
+
+    directories = [study.directory(point) for point, _ in points]
+    together = {"density": density, "pores": pores}
+    if kind in together:
+        together[kind]([directory.path for directory in directories], [path], names)
+        return
+    frames = []
+    for directory, (_, stage) in zip(directories, points, strict=True):
+        number = frame_index(directory, stage)
+        with Archive(directory / ARCHIVE) as archive:
+            frames.append(archive.frame(number))
+    scene = directories[0].scene
+    if isinstance(scene, Heap):
+        kinds = {"heap": heap.snapshot, "vectors": heap.vectors, "forces": heap.forces, "maps": heap.maps}
+        kinds[kind](frames[0], ground(scene), [path])
+        return
+    laws = [law_of(directory, stage) for directory, (_, stage) in zip(directories, points, strict=True)]
+    PLOTS[kind].draw([(frame, law) for frame, law in zip(frames, laws, strict=True) if law is not None], [path])

@@ -1,0 +1,117 @@
+"""wf sweep: a grid of parameters and seeds, computed once."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from workflow.cli.options import command
+from workflow.engine.environment import engine
+from workflow.errors import InputError
+from workflow.study.ensemble import DONE, Study, remaining
+from workflow.study.jobs import Outcome, compute, duration
+from workflow.study.results import RESULTS, write_results
+from workflow.study.sweep import read_sweep
+
+EXAMPLES = """
+wf sweep study.toml --dry-run                 the points and what they would cost
+wf sweep study.toml --jobs 2                  compute them, two at a time, into runs/study
+wf sweep study.toml --adopt runs              take finished runs of the same scenes from runs
+wf status runs/study                          where it stands
+wf sweep study.toml --retry                   once more what failed
+
+a study file; every combination of the lists and seeds is a point:
+  scene = "method1"
+  seeds = 4                  # seeds 1 to 4; or a list
+  [fixed]
+  cohesion = false
+  [grid]
+  mu = [0.15, 0.5]
+  rolling = [false, true]
+several tables [[grid]] instead of [grid] are several grids
+"""
+
+
+def declare(commands: Any) -> None:
+    """Options of `wf sweep`."""
+    parser = command(commands, "sweep", "compute a grid of parameters and seeds, each point once", EXAMPLES, action=action)
+    parser.add_argument("file", type=Path, metavar="STUDY.toml", help="declaration of the study")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/NAME of the file)")
+    add_jobs(parser)
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """What every command that computes a study takes."""
+    parser.add_argument("--jobs", type=int, default=1, metavar="J", help="runs at a time (default 1)")
+    parser.add_argument("--retry", action="store_true", help="run again what failed")
+    parser.add_argument("--adopt", type=Path, action="append", default=[], metavar="DIR",
+                        help="link finished runs of the same scenes found there (repeatable)")  # fmt: skip
+    parser.add_argument("--any-deck", action="store_true",
+                        help="adopt also runs whose deck another version made of the scene")  # fmt: skip
+    parser.add_argument("--dry-run", action="store_true", help="say what would be computed; write nothing")
+
+
+def action(arguments: argparse.Namespace) -> int:
+    """Declare the study, compute it."""
+    check_jobs(arguments)
+    folder = arguments.out or Path("runs") / arguments.file.stem
+    study = Study(folder, read_sweep(arguments.file))
+    if arguments.dry_run:
+        print(plan(study))
+        return 0
+    outcome = carry_out(study, arguments)
+    if not outcome.interrupted and write_results(study):
+        print(folder / RESULTS)
+    print(f"{folder}: {outcome.done} of {len(study.points)} points done")
+    return ended(outcome)
+
+
+def check_jobs(arguments: argparse.Namespace) -> None:
+    """Before anything is written."""
+    if arguments.jobs < 1:
+        raise InputError(f"--jobs {arguments.jobs} is not allowed: it must be at least 1")
+
+
+def carry_out(study: Study, arguments: argparse.Namespace) -> Outcome:
+    """Write down the study, adopt what is there, compute the rest."""
+    engine()
+    declare_and_adopt(study, arguments)
+    outcome = compute(study, jobs=arguments.jobs, retry=arguments.retry)
+    if outcome.elsewhere:
+        print(f"{outcome.elsewhere} points are left to another wf that works on them", file=sys.stderr)
+    if outcome.interrupted:
+        print("wf: interrupted; the same command continues", file=sys.stderr)
+    elif outcome.failed:
+        print(f"wf: {outcome.failed} points failed: 'wf status {shlex.quote(str(study.folder))}' says why, --retry tries again",
+              file=sys.stderr)  # fmt: skip
+    return outcome
+
+
+def declare_and_adopt(study: Study, arguments: argparse.Namespace) -> None:
+    """Write down the study, link what is there."""
+    study.save()
+    adopted, left = study.adopt([study.folder, *arguments.adopt], any_deck=arguments.any_deck)
+    if adopted:
+        print(f"adopted {adopted} finished runs", file=sys.stderr)
+    if left:
+        print(
+            f"{left} finished runs have a deck that another version made of the scene; --any-deck adopts them", file=sys.stderr
+        )
+
+
+def ended(outcome: Outcome) -> int:
+    """The exit status."""
+    return 130 if outcome.interrupted else int(outcome.failed > 0)
+
+
+def plan(study: Study) -> str:
+    """One line per point, then what is left to compute."""
+    standings = [study.standing(point) for point in study.points]
+    rows = [f"{now.status:11s} {point.name}  {study.label(point)}" for point, now in zip(study.points, standings, strict=True)]
+    done = sum(now.status == DONE for now in standings)
+    left = remaining(study.points, standings)
+    cost = f", about {duration(left)} of one core" if left else ""
+    return "\n".join([*rows, f"{len(study.points)} points, {done} done{cost}"])

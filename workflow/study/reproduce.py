@@ -1,0 +1,93 @@
+"""From the finished runs of a paper's study to its scoreboard."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+from workflow.analysis.groups import Constants
+from workflow.errors import WorkflowError
+from workflow.study.ensemble import DONE, Point, Study, same_deck
+from workflow.study.evaluate import Measures, group_of, jackknife, law_of, measured, of_samples
+from workflow.study.papers import Case, Printed
+from workflow.study.scoreboard import Ours, Row, judge
+
+KEPT = "measures"  # folder of the study with measures of frames that the runs do not measure themselves
+
+
+def samples_of(study: Study, case: Case) -> list[Point]:
+    """The finished samples of a case, in the order of its seeds."""
+    points = (_point(json.dumps(values)) for values in case.values()) if case.options else ()
+    return [point for point in points if study.standing(point).status == DONE]
+
+
+@cache
+def _point(values: str) -> Point:
+    """Of many numbers the same samples are asked for."""
+    return Point.of(json.loads(values))
+
+
+def rows(study: Study, numbers: Sequence[Printed], say: Callable[[str], None]) -> list[Row]:
+    """A line for every number: measured where samples are finished."""
+    found = []
+    for k, number in enumerate(numbers):
+        say(f"measuring {k + 1} of {len(numbers)}")
+        found.append(judge(number, ours(study, number)))
+    return found
+
+
+def ours(study: Study, number: Printed) -> Ours:
+    """What the finished samples give for a number."""
+    wanted = sum(count for _, count in number.case.sizes) if number.measure else 0
+    if number.measure is None or not number.case.options:
+        return Ours(wanted=wanted)
+    if not wanted:
+        return Ours(trouble="left out of the quick version")
+    points = samples_of(study, number.case)
+    if not points:
+        return Ours(wanted=wanted, trouble="no sample is finished")
+    try:
+        samples, law = _measures(study, points, number)
+        value = of_samples(number.measure, samples, law)
+        error = jackknife(number.measure, samples, law)
+    except WorkflowError as fault:
+        return Ours(wanted=wanted, trouble=str(fault))
+    if value is None:
+        return Ours(wanted=wanted, trouble="the samples do not give it")
+    if error is None:  # one sample of a fit has the error of the fit
+        path, _, name = number.measure.rpartition(".")
+        error = of_samples(f"{path}.errors.{name}", samples, law) if path.endswith(".fit") else None
+    rest = sum(bool(measured(study.directory(p), None, None, study.folder / KEPT)["equilibrated"]) for p in points)
+    return Ours(
+        value, error, len(points), wanted, rest, " ".join(str(point.values["seed"]) for point in points),
+        " ".join(point.name for point in points),
+    )  # fmt: skip
+
+
+def _measures(study: Study, points: Sequence[Point], number: Printed) -> tuple[list[Measures], Constants | None]:
+    assert number.measure is not None
+    stage, group = number.case.stage, group_of(number.measure)
+    samples: list[Measures] = [measured(study.directory(point), stage, group, study.folder / KEPT) for point in points]
+    return samples, law_of(study.directory(points[0]), stage)
+
+
+def provenance(study: Study, command: str, version: str) -> dict[str, Any]:
+    """Where the numbers come from: command, versions, and of the runs how many, when, at what cost."""
+    points = [point for point in study.points if study.standing(point).status == DONE]
+    done = [study.directory(point).state for point in points]
+    older = sum(not same_deck(point, state) for point, state in zip(points, done, strict=True))
+    names = ("workflow", "lammps", "platform")
+    versions = {name: sorted({str(state["versions"].get(name)) for state in done}) for name in names}
+    dates = sorted({str(state.get("finished", ""))[:10] for state in done})
+    hours = sum(float(state.get("seconds") or 0.0) for state in done) / 3600.0
+    return {
+        "command": command,
+        "measured with": version,
+        "runs": f"{len(done)} of {len(study.points)} finished, {hours:.2f} core hours"
+        + (f", {' to '.join(dict.fromkeys((dates[0], dates[-1])))}" if done else "")
+        + (f"; the deck of {older} of them was made of the same scene by another version" if older else ""),
+        "made with": ", ".join(f"{name} {' and '.join(found)}" for name, found in versions.items() if found),
+        "seeds and digests": "of every number in scoreboard.csv",
+    }  # fmt: skip

@@ -1,0 +1,46 @@
+"""The finished points of a study as one table: what was varied, and what came out."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from workflow.analysis.groups import GROUPS
+from workflow.archive.write import replacing
+from workflow.engine.collect import MEASURES
+from workflow.study.ensemble import DONE, Study
+
+RESULTS = "results.csv"
+
+
+def write_results(study: Study) -> int:
+    """results.csv in the folder of the study: name, varied values, seconds and standard measures of every finished point.
+
+    Nested measures are named by their path (unbalanced_force.force); lists and groups of measures are left to `wf measure`.
+    Returns the number of rows; without any, nothing is written.
+    """
+    rows = []
+    for point in study.points:
+        now, path = study.standing(point), study.directory(point) / MEASURES
+        if now.status == DONE and path.is_file():
+            measures = json.loads(path.read_text(encoding="utf-8"))
+            standard = {name: value for name, value in measures.items() if name not in GROUPS}
+            varied = {name: point.values.get(name) for name in study.varied}
+            rows.append({"name": point.name, **varied, "seconds": round(now.seconds, 1), **dict(_numbers(standard))})
+    if rows:
+        names = {name: None for row in rows for name in row}
+        with replacing(study.folder / RESULTS) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(names))
+            writer.writeheader()
+            writer.writerows(rows)
+    return len(rows)
+
+
+def _numbers(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _numbers(value, f"{above}{name}.")
+        elif isinstance(value, int | float):
+            yield above + name, value

@@ -94,7 +94,7 @@ def maps(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """Voidage, and lines along the largest compression coloured by its size."""
     grid = fields(frame, ground)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 5.2), layout="compressed")
+        figure = Figure(figsize=(WIDE, 4.2), layout="compressed")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for axes in (top, bottom):
             _axes(figure, axes, frame, ground)

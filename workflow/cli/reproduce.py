@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from workflow import __version__
 from workflow.archive.read import Archive
 from workflow.cli.assembling import density, pores
 from workflow.cli.options import command
@@ -76,7 +75,7 @@ def action(arguments: argparse.Namespace) -> int:
     _say("")
     words = shlex.join(["wf", *sys.argv[1:]])
     if found:
-        write(folder, paper, found, figures, provenance(study, words, f"workflow {__version__}"))
+        write(folder, paper, found, figures, provenance(study, words))
     if arguments.json:
         print((folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": figures}))
         return ended(outcome)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
+import workflow
 from workflow.analysis.groups import Constants
 from workflow.errors import WorkflowError
 from workflow.study.ensemble import DONE, Point, Study, same_deck
@@ -73,7 +77,17 @@ def _measures(study: Study, points: Sequence[Point], number: Printed) -> tuple[l
     return samples, law_of(study.directory(points[0]), stage)
 
 
-def provenance(study: Study, command: str, version: str) -> dict[str, Any]:
+def this_version() -> str:
+    """The version of this package, with the commit if it runs from a checkout."""
+    root = Path(workflow.__file__).parents[1]
+    words = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"]
+    if not ((root / ".git").exists() and shutil.which("git")):
+        return f"workflow {workflow.__version__}"
+    commit = subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
+    return f"workflow {workflow.__version__}, commit {commit or 'unknown'}"
+
+
+def provenance(study: Study, command: str) -> dict[str, Any]:
     """Where the numbers come from: command, versions, and of the runs how many, when, at what cost."""
     points = [point for point in study.points if study.standing(point).status == DONE]
     done = [study.directory(point).state for point in points]
@@ -84,7 +98,7 @@ def provenance(study: Study, command: str, version: str) -> dict[str, Any]:
     hours = sum(float(state.get("seconds") or 0.0) for state in done) / 3600.0
     return {
         "command": command,
-        "measured with": version,
+        "measured with": this_version(),
         "runs": f"{len(done)} of {len(study.points)} finished, {hours:.2f} core hours"
         + (f", {' to '.join(dict.fromkeys((dates[0], dates[-1])))}" if done else "")
         + (f"; the deck of {older} of them was made of the same scene by another version" if older else ""),

@@ -157,8 +157,8 @@ def _case(block: Table, row: Table, column: Table, small: Table | None, count: i
         sizes = [(small["n"], count or small["samples"])] if sizes and row.get("quick", True) else []
         options |= small.get("options", {}) if options else {}
     size = "grains" if options.get("scene") == "heap" else "n"
-    where = (block["table"], row["name"], column["name"])
-    return Case(where, options, tuple(sizes), row.get("first", {}), size, row.get("stage"))
+    first = row.get("first", {}) if column["name"] in row.get("first_in", [column["name"]]) else {}
+    return Case((block["table"], row["name"], column["name"]), options, tuple(sizes), first, size, row.get("stage"))
 
 
 def _printed(number: Mapping[str, Any], case: Case, row: int, column: int) -> Iterator[Printed]:

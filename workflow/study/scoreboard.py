@@ -74,19 +74,19 @@ def judge(number: Printed, ours: Ours) -> Row:
 
     difference = (ours - theirs)/sqrt(SE^2 + u^2), SE our standard error, u the printed uncertainty.  Where one of both
     is not known the other side's stands for it: one sample of ours scatters as theirs do (u), a number printed without
-    uncertainty as one sample of ours.  Of a bound the difference is how far ours lies beyond it, 0 inside.
+    uncertainty as one sample of ours.  Of a bound the difference is how far ours lies beyond it, 0 inside.  One sample
+    can agree, but is not enough to differ.
     """
     difference = _difference(number, ours)
-    beyond = difference is not None and abs(difference) > BOUND
     if ours.value is None:
-        verdict = NOT_RUN
-    elif difference is None:
-        verdict = UNJUDGED
-    elif beyond:
+        verdict, reason = NOT_RUN, ours.trouble or number.reason
+    elif difference is None or (abs(difference) > BOUND and ours.error is None):
+        verdict, reason = UNJUDGED, "one sample: our scatter is not known"
+    elif abs(difference) > BOUND:
         verdict = MISPRINT if number.misprint else DIFFERS
+        reason = "; ".join(filter(None, (number.misprint, number.reason)))
     else:
-        verdict = AGREES
-    reason = "; ".join(filter(None, (ours.trouble, number.misprint, number.reason))) if verdict != AGREES else ""
+        verdict, reason = AGREES, ""
     return Row(
         *number.case.where, number.quantity, ours.value, ours.error, ours.samples, ours.wanted, ours.at_rest, number.value,
         number.error, number.low, number.high, difference, verdict, reason, number.measure or "", ours.seeds, ours.digests,
@@ -132,7 +132,8 @@ NOT_THE_SIZE = "**Not the paper's size**: fewer and smaller samples, to see that
 HOW = (
     "Ours: mean over samples ± standard error (jackknife), and how many samples of those wanted. Theirs: uncertainty {}. The "
     "difference is in standard errors of both together; within {:g} they agree (with four samples a larger one comes by chance "
-    "once in twenty times). Where a side has no uncertainty the other's stands for it; without any the number is not judged."
+    "once in twenty times). Where a side has no uncertainty the other's stands for it; one sample of ours can agree, but is "
+    "not enough to differ."
 )
 HEAD = ["| row | column | quantity | ours | samples | theirs | difference | verdict |", "|---|---|---|---|---|---|---|---|"]
 

@@ -194,8 +194,12 @@ def test_difference_in_standard_errors() -> None:
 
 
 def test_a_missing_uncertainty_is_that_of_the_other_side() -> None:
-    alone = judge(printed(value=2.65, error=0.03), Ours(2.50, None, 1, 4, 1))
-    assert alone.difference == pytest.approx(-0.15 / (0.03 * math.sqrt(2.0)))
+    alone = judge(printed(value=2.65, error=0.06), Ours(2.50, None, 1, 4, 1))
+    assert alone.difference == pytest.approx(-0.15 / (0.06 * math.sqrt(2.0)))
+    assert alone.verdict == AGREES
+    far = judge(printed(value=2.65, error=0.01, misprint="doubted"), Ours(2.50, None, 1, 4, 1))
+    assert (far.verdict, far.reason) == (UNJUDGED, "one sample: our scatter is not known")
+    assert far.difference == pytest.approx(-0.15 / (0.01 * math.sqrt(2.0)))
     bare = judge(printed(value=2.65), Ours(2.60, 0.02, 4, 4, 4))  # scatter 0.04, error 0.02
     assert bare.difference == pytest.approx(-0.05 / math.hypot(0.02, 0.04))
     assert judge(printed(value=2.65), Ours(2.60, None, 1, 1, 1)).verdict == UNJUDGED

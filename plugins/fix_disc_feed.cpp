@@ -139,6 +139,9 @@ void FixDiscFeed::pre_exchange()
   if (auto *history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID)))
     history->pre_exchange();
   remove_gone();
+  // new atoms take the places of ghosts, which come anew with the exchange that follows
+  atom->map_clear();
+  atom->nghost = 0;
   const auto poured = static_cast<size_t>(counts.poured);
   for (size_t k = 0; k < ready; k++)
     insert(grains[poured + k]);

@@ -449,7 +449,8 @@ void FixDiscHistory::write_restart(FILE *fp)
       update->whichflag == 1 ? 1.0 : 0.0;    // else the next run evaluates forces anew in any case
   // LAMMPS stores the time of this step; rounding differs from that of the run that counts on
   const double since = ubuf(update->atimestep).d;
-  const double state[7] = {sums[0], sums[1], sums[2], pace, within_run, update->atime, since};
+  const double state[9] = {sums[0], sums[1],          sums[2],         pace, within_run, update->atime,
+                           since,   motion.affine[0], motion.affine[1]};
   if (comm->me == 0) {
     const int size = sizeof(state);
     fwrite(&size, sizeof(int), 1, fp);
@@ -470,6 +471,7 @@ void FixDiscHistory::restart(char *buf)
   double since = state[6];
   restored_time = state[5];
   restored_since = static_cast<bigint>(ubuf(since).i);
+  std::copy(state + 7, state + 9, motion.affine);    // of the cell as it moves, also for forces evaluated anew
 }
 
 /* fix_modify DISC_HISTORY forces anew: the run that ended with the restart file is over, the next one starts as any

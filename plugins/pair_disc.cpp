@@ -11,6 +11,7 @@
 #include "modify.h"
 #include "neighbor.h"
 #include "update.h"
+#include "utils.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,6 +66,26 @@ PairDisc::~PairDisc()
   }
   // the plugin loader may have deleted the fix already
   if (history && modify && modify->get_fix_by_id(FixDiscHistory::ID)) modify->delete_fix(FixDiscHistory::ID);
+}
+
+void PairDisc::settings(int narg, char **arg)
+{
+  const char *const style = force->pair_style;
+  account = second_order = true;
+  for (int k = 0; k < narg; k += 2) {
+    const std::string keyword = arg[k];
+    if (keyword != "account" && keyword != "scheme")
+      error->all(FLERR, "pair_style {}: unknown keyword '{}'; known are: account yes|no, scheme second|paper", style,
+                 keyword);
+    if (k + 1 >= narg) error->all(FLERR, "pair_style {}: keyword '{}' needs a value", style, keyword);
+    const std::string value = arg[k + 1];
+    if (keyword == "account")
+      account = utils::logical(FLERR, value, false, lmp);
+    else if (value == "second" || value == "paper")
+      second_order = value == "second";
+    else
+      error->all(FLERR, "pair_style {}: scheme '{}' is unknown; known are: second, paper", style, value);
+  }
 }
 
 void PairDisc::init_style()

@@ -36,6 +36,7 @@ public:
 
   explicit PairDisc(class LAMMPS *);
   ~PairDisc() override;
+  void settings(int, char **) override;    // [account yes|no] [scheme second|paper]
   void init_style() override;
   double single(int, int, int, int, double, double, double, double &) override;
 
@@ -78,6 +79,8 @@ protected:
   void tally_energy();
 
   FixDiscHistory *history = nullptr;
+  bool account = true;         // sum up what is dissipated
+  bool second_order = true;    // scheme second, not paper
 };
 
 }    // namespace LAMMPS_NS

@@ -32,26 +32,6 @@ constexpr Keyword KEYWORDS[] = {{"kn", &disc::CohesiveLaw::kn},     {"kt", &disc
 
 /* ---- coefficients ---- */
 
-void PairDiscCohesive::settings(int narg, char **arg)
-{
-  account = second_order = true;
-  for (int k = 0; k < narg; k += 2) {
-    const std::string keyword = arg[k];
-    if (keyword != "account" && keyword != "scheme")
-      error->all(FLERR,
-                 "pair_style disc/cohesive: unknown keyword '{}'; known are: account yes|no, scheme second|paper",
-                 keyword);
-    if (k + 1 >= narg) error->all(FLERR, "pair_style disc/cohesive: keyword '{}' needs a value", keyword);
-    const std::string value = arg[k + 1];
-    if (keyword == "account")
-      account = utils::logical(FLERR, value, false, lmp);
-    else if (value == "second" || value == "paper")
-      second_order = value == "second";
-    else
-      error->all(FLERR, "pair_style disc/cohesive: scheme '{}' is unknown; known are: second, paper", value);
-  }
-}
-
 void PairDiscCohesive::coeff(int narg, char **arg)
 {
   if (narg < 2 || strcmp(arg[0], "*") != 0 || strcmp(arg[1], "*") != 0)

@@ -18,7 +18,6 @@ class PairDiscCohesive : public PairDisc
 {
 public:
   explicit PairDiscCohesive(class LAMMPS *lmp) : PairDisc(lmp) {}
-  void settings(int, char **) override;
   void coeff(int, char **) override;
   void init_style() override;
   double init_one(int, int) override;
@@ -42,8 +41,6 @@ private:
   void allocate();
 
   disc::CohesiveLaw law;
-  bool account = true;         // sum up what is dissipated
-  bool second_order = true;    // see disc::Cohesive
 };
 
 }    // namespace LAMMPS_NS

@@ -19,7 +19,6 @@ class PairDiscContinuous : public PairDisc
 {
 public:
   explicit PairDiscContinuous(class LAMMPS *lmp) : PairDisc(lmp) {}
-  void settings(int, char **) override;
   void coeff(int, char **) override;
   void init_style() override;
   double init_one(int, int) override;
@@ -43,9 +42,7 @@ private:
   double largest_diameter() const;
 
   disc::ContinuousLaw law;
-  bool account = true;         // sum up what is dissipated
-  bool second_order = true;    // scheme second, not paper
-  double largest = 0.0;        // diameter at the last init; no grain that comes later may be larger
+  double largest = 0.0;    // diameter at the last init; no grain that comes later may be larger
 };
 
 }    // namespace LAMMPS_NS

@@ -17,10 +17,11 @@ RR, PLAIN = ["--rolling"], ["--no-rolling"]
 UNLOADED = ["--pstar", "0"]
 SMALL = ["--n", "400", "--max-time", "1500", *UNLOADED]
 RUNS = {
-    "A-rolling-1": [*RR, "--seed", "1", "--frame-interval", "10"],
-    "A-no-rolling-1": [*PLAIN, "--seed", "1", "--frame-interval", "10"],
-    "B-rolling-1": ["--series", "B", *RR, "--seed", "1"],
-    "B-no-rolling-1": ["--series", "B", *PLAIN, "--seed", "1"],
+    "A-rr-1": ["--series", "A", *RR, "--seed", "1", "--frame-interval", "10"],
+    "A-norr-1": ["--series", "A", *PLAIN, "--seed", "1", "--frame-interval", "10"],
+    "A-norr-2": ["--series", "A", *PLAIN, "--seed", "2"],
+    "B-rr-1": ["--series", "B", *RR, "--seed", "1"],
+    "B-norr-1": ["--series", "B", *PLAIN, "--seed", "1"],
     "large-rolling-slow-1": ["--n", "400", "--kappa", "1e4", *RR, "--mur", "0.5", "--v0", "0.95", *UNLOADED, "--seed", "1"],
     **{
         f"r-{rr[0][2:]}-{drag}": [*SMALL, *rr, "--drag", drag]

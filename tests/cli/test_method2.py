@@ -16,6 +16,9 @@ from workflow.analysis.frame import Frame
 from workflow.archive.read import Archive
 from workflow.deck.render import templates
 from workflow.engine.environment import engine
+from workflow.engine.rundir import RunDirectory
+from workflow.scene.heap import Heap
+from workflow.scene.presets import Packed
 
 Whole = tuple[Path, float]
 STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]
@@ -24,6 +27,12 @@ STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]
 @pytest.fixture(scope="module")
 def archive(whole: Whole) -> Archive:
     return Archive(whole[0] / "run.h5")
+
+
+def read_scene(whole: Whole) -> Packed:
+    scene = RunDirectory.open(whole[0]).scene
+    assert not isinstance(scene, Heap)
+    return scene
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +64,29 @@ def test_cell_is_fixed_then_free_then_loaded(archive: Archive, ends: dict[str, F
         assert series["stress_x"][row] == pytest.approx(stress, abs=3e-4)
         assert series["stress_y"][row] == pytest.approx(stress, abs=3e-4)
     assert ends["settle"].area < 0.8 * ends["relax"].area
+
+
+def test_drag_waits_until_the_cell_has_stopped(archive: Archive, ends: dict[str, Frame]) -> None:
+    """The load compacts the packing without drag: what drag does later changes nothing to speak of."""
+    series = archive.series
+    loading = series["stage"] == 5
+    assert np.ptp(series["time"][loading]) > 2.0  # --quiet 2: not before the network has been the same for so long
+    assert np.ptp(series["lost_drag"][loading]) == 0.0
+    assert ends["load"].area < 0.8 * ends["relax"].area
+    assert abs(ends["settle"].area / ends["load"].area - 1.0) < 2e-3
+
+
+def test_a_stage_of_longer_steps_keeps_its_intervals(whole: Whole, archive: Archive) -> None:
+    """Rows and frames count in time, whatever the step of the stage."""
+    series = archive.series
+    steps = np.diff(series["time"]) / np.diff(series["step"])
+    inside = np.diff(series["stage"]) == 0
+    for stage in (1, 2, 5):
+        of = inside & (series["stage"][1:] == stage)
+        expected = read_scene(whole).step_of(STAGES[stage - 1]).step
+        np.testing.assert_allclose(steps[of], expected, rtol=1e-9)
+        # 0.2 T0, rounded up to a number of checks of 0.02 T0 each at the shortest step
+        assert np.all((np.diff(series["time"])[of] > 0.19) & (np.diff(series["time"])[of] < 0.3))
 
 
 def test_contacts_become_stiffer_in_their_stage(ends: dict[str, Frame]) -> None:

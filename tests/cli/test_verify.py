@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
+import pytest
 from wf_process import Wf, record
+
+from workflow.engine.verify import BOUNDS
 
 
 def test_the_whole_run_is_reproduced(copy: Path, wf: Wf) -> None:
@@ -52,6 +56,46 @@ def test_other_ranks_are_judged_by_bounds(copy: Path, wf: Wf) -> None:
     # sums in another order: the same motion to rounding until collisions have amplified it
     assert verdict["agree_until"] > 1.0
     assert set(verdict["changes"]) == {"solid_fraction", "coordination"}
+
+
+def another_machine(copy: Path) -> None:
+    """The run says that it was made on another processor."""
+    state = record(copy)
+    state["versions"]["processor"] = "another"
+    (copy / "run.json").write_text(json.dumps(state))
+
+
+def shift_the_end(copy: Path, column: str, change: float) -> None:
+    """Change the last value of a column of the series."""
+    lines = (copy / "series.txt").read_text().splitlines(keepends=True)
+    words, at = lines[-1].split(), lines[0].split().index(column) - 1
+    words[at] = repr(float(words[at]) + change)
+    (copy / "series.txt").write_text("".join([*lines[:-1], " ".join(words) + "\n"]))
+
+
+def test_another_machine_may_differ_within_bounds_and_not_beyond(copy: Path, wf: Wf) -> None:
+    """60 grains: the bounds are those of 1400 times sqrt(1400/60)."""
+    another_machine(copy)
+    done = wf("verify", "copy")
+    assert done.returncode == 0
+    assert "every byte" in done.stdout
+    for column, bound in BOUNDS.items():
+        whole = (copy / "series.txt").read_bytes()
+        bound *= math.sqrt(1400 / 60)
+        for change, status in ((0.9 * bound, 0), (-1.1 * bound, 1)):
+            shift_the_end(copy, column, change)
+            done = wf("verify", "copy", "--json")
+            verdict = json.loads(done.stdout)
+            assert done.returncode == status
+            assert verdict["reproduced"] is (status == 0) and not verdict["same_bits"]
+            assert verdict["expected"].startswith("processor another then")
+            assert verdict["changes"][column] == pytest.approx(abs(change))
+            (copy / "series.txt").write_bytes(whole)
+
+
+def test_the_same_machine_may_not_differ(copy: Path, wf: Wf) -> None:
+    shift_the_end(copy, "coordination", 1e-12)
+    assert wf("verify", "copy").returncode == 1
 
 
 def test_misuse(copy: Path, wf: Wf) -> None:

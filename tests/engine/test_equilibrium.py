@@ -117,3 +117,15 @@ def test_one_grain_and_no_contact(discs: Callable[..., Any]) -> None:
                    first="fix eq all disc/equilibrium 10 unit 1\nrun 100")  # fmt: skip
     vector = sample.vector("eq", 14)
     assert np.isfinite(vector).all() and vector[6] == 1.0 and vector[4] == vector[5] == 0.5
+
+
+def test_a_new_stress_starts_the_clocks_again(discs: Callable[..., Any]) -> None:
+    """A network that has not changed says nothing about a load that was just put on."""
+    first = "fix eq all disc/equilibrium 10 unit 1 stress 0 0 force 1e9 energy 1e9\nrun 0"
+    sample = discs(position=np.array([[3.0, 5.0], [3.999, 5.0]]), diameter=np.ones(2), move="stress 0 0",
+                   law={"kn": 1e3, "f0": 1.0, "d0": 1e-2, "zeta": 0.9}, step=1e-3, first=first).run(500)  # fmt: skip
+    assert sample.vector("eq", 14)[12] == pytest.approx(0.5)
+    sample.command("fix_modify eq stress 1 1").run(200)
+    vector = sample.vector("eq", 14)
+    assert vector[12] == pytest.approx(0.2)
+    assert vector[9] <= 0.2

@@ -46,8 +46,7 @@ def test_arguments_are_refused(discs: Callable[..., Any], compressed: dict[str, 
         discs(**compressed, first="run_style verlet/disc fast")
 
 
-@pytest.mark.parametrize("number", [2, 4])
-@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize(("number", "newton"), [(2, "off"), (4, "on")])
 def test_ranks(ranks: Callable[..., Any], compressed: dict[str, Any], number: int, newton: str) -> None:
     """Short of chaos the number of ranks matters to rounding only; four share the corners of the cell."""
     scene = {**compressed, "newton": newton, "move": "stress 5 5"}
@@ -55,4 +54,4 @@ def test_ranks(ranks: Callable[..., Any], compressed: dict[str, Any], number: in
     more = ranks(number, "run_style verlet/disc\nrun 600", **scene)
     # 1e-15 per step and sum order, amplified by a few collisions
     np.testing.assert_allclose(more.velocity, one.velocity, rtol=0.0, atol=1e-9)
-    assert len(one.contacts.stretch) > 20
+    assert len(one.contacts.stretch) > 10

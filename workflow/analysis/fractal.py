@@ -12,6 +12,8 @@ from workflow.analysis.density import Scattering
 from workflow.analysis.frame import Bools, Floats
 from workflow.errors import InputError, WorkflowError
 
+FEW = 5  # samples from which their standard errors weight the fit; those of two would give some shells all the weight
+PASSES = 5  # of the fit that takes its weights from the last one
 MOST_SPREAD = 1.0  # standard error of d_F or ln xi beyond which a fit says nothing
 
 
@@ -20,8 +22,7 @@ class FractalFit:
     """Fit of eq. 28: parameters in the order ``names`` with ``covariance`` (4, 4), standard errors from its diagonal.
 
     ``dimension`` d_F, ``xi`` [length], ``plateau`` I(0) - Cst [length^2], ``constant`` Cst [length^2].  ``window``:
-    the k allowed; ``points``: shells in it.  ``reduced_chi2``: about 1 for a good fit with error bars (``weighted``),
-    else the mean square relative residual.
+    the k allowed; ``points``: shells in it.  ``reduced_chi2``: about 1 for a good fit.
     """
 
     dimension: float
@@ -72,13 +73,16 @@ def fractal_intensity(k: Floats, phi: float, dimension: float, xi: float, ell: f
 def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool) -> FractalFit:
     """Fit eq. 28 to the shells with window[0] <= k <= window[1] by Levenberg-Marquardt (four free parameters).
 
-    ``weighted``: residuals in units of the standard errors over samples, covariance absolute; otherwise relative
-    residuals (model/I - 1), covariance scaled by their variance.  Raises InputError for fewer than five shells or
-    missing errors, WorkflowError when the fit does not converge or leaves d_F or ln xi open by MOST_SPREAD.
+    ``weighted``: residuals in units of the standard errors over samples, covariance absolute; for FEW samples and more.
+    Otherwise residuals in units of the noise of a shell of n wave vectors, I sqrt(2/n) with I of the fit (chi is a sum of
+    many terms, so |chi|^2 is distributed exponentially, and k and -k count once), covariance scaled to the scatter.
+    Raises InputError for fewer than five shells or missing errors, WorkflowError when the fit does not converge or
+    leaves d_F or ln xi open by MOST_SPREAD.
     """
     rows = _window(data, window, 5)
     k, intensity = data.k[rows], data.intensity[rows]
-    sigma = data.error[rows] if weighted else intensity
+    noise = np.sqrt(2.0 / data.vectors[rows])
+    sigma = data.error[rows] if weighted else noise * intensity
     if not (sigma > 0).all():
         raise InputError("weighted fit: a shell has no standard error; average two samples or more, or weighted=False")
 
@@ -87,9 +91,12 @@ def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool
 
     try:
         with np.errstate(all="ignore"), catch_warnings(action="ignore"):  # trial steps may leave the range of numbers
-            best, covariance = optimize.curve_fit(
-                model, k, intensity, _start(k, intensity), sigma, absolute_sigma=weighted, method="lm", maxfev=20000
-            )
+            best = _start(k, intensity)
+            for _ in range(1 if weighted else PASSES):
+                best, covariance = optimize.curve_fit(
+                    model, k, intensity, best, sigma, absolute_sigma=weighted, method="lm", maxfev=20000
+                )
+                sigma = sigma if weighted else noise * np.abs(model(k, *best))
     except RuntimeError as error:
         raise WorkflowError(f"fit of eq. 28 in k = {window} did not converge ({error}); change the window") from error
     spread = np.sqrt(np.abs(np.diag(covariance)))  # of d_F, ln xi, ...

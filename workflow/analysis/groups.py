@@ -22,7 +22,7 @@ from workflow.analysis.forces import (
     normal_force_distribution,
     triangles,
 )
-from workflow.analysis.fractal import fit_fractal
+from workflow.analysis.fractal import FEW, fit_fractal
 from workflow.analysis.frame import Floats, Frame, Ints
 from workflow.analysis.holes import Holes, grid_holes, holes
 from workflow.analysis.modes import hyperstatic_clusters, mobility, without_loose
@@ -221,9 +221,9 @@ def shells(frame: Frame, law: Constants) -> Floats:
 
 
 def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
-    """Mean I(k) over samples with standard errors, and the fit (weighted with them where there are several samples)."""
+    """Mean I(k) over samples with standard errors, and the fit (weighted with them for FEW samples and more)."""
     mean = average(samples)
-    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, fit_window(mean, law), weighted=len(samples) > 1))}
+    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, fit_window(mean, law), weighted=len(samples) >= FEW))}
 
 
 def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:

@@ -290,6 +290,8 @@ def _moving(tracks: Tracks, k: int, poured: Bools, ground: Ground, side: int) ->
     present = np.flatnonzero(~np.isnan(before[:, 0]))
     near = cKDTree(before[present]).query(before[rows], k=2)[0][:, 1] < 1.5
     rows = rows[near]
+    if not len(rows):
+        return rows, np.empty(0)
     settled = before[there & ~goes]
     profile = surface(before[rows] if not len(settled) else np.concatenate((settled, before[rows])),
                       np.ones(len(settled) + len(rows)), ground)  # fmt: skip

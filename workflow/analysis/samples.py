@@ -20,7 +20,7 @@ def pool(samples: Sequence[Mapping[str, Any]], law: Constants) -> dict[str, Any]
     ``scatter``: standard deviation over the samples that have the number (None for one).  Lists of equal length are
     pooled entry by entry, to "mean" and "scatter" lists; truth values become the number of samples in which they hold;
     what the samples do not share is left out.  I(k) is averaged over the samples on shells of equal k, and eq. 28 is
-    fitted to the average, weighted with its standard errors (G07 fig. 23).
+    fitted to the average (G07 fig. 23), see `fit_fractal` for the weights.
     """
     if not samples:
         raise InputError("there are no samples to pool; give at least one")

@@ -141,10 +141,10 @@ def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tupl
     rows = {
         "directory": str(directory.path.resolve()), "command": state.get("command"), "started": state.get("started"),
         "finished": state.get("finished"), "run time": None if seconds is None else f"{seconds:.1f} s",
-        "MPI ranks": state.get("ranks"), "step": f"{origin['step']:.6g}: {origin['step_reason']}",
+        "MPI ranks": state.get("ranks"), "step": f"{origin['step']:.6g}: {origin['step_reason']}" if "step" in origin else None,
         "relaxation": origin.get("relaxation"), "digest of the scene": state["digest"],
         **{f"version of {name}": version for name, version in state["versions"].items()},
-        **{f"SHA-256 of {name}": hashed for name, hashed in origin["hashes"].items()},
+        **{f"SHA-256 of {name}": hashed for name, hashed in origin.get("hashes", {}).items()},
         "to repeat it": f"wf verify {path}, or wf run {path}/scene.toml --out again", "page by": f"workflow {__version__}",
     }  # fmt: skip
     return [(name, str(value)) for name, value in rows.items() if value is not None]

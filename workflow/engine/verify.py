@@ -104,7 +104,9 @@ def _excuse(state: dict, ranks: int) -> str | None:
     """Why bits may differ, None if they may not."""
     before, now = state["versions"], versions()
     reasons = [
-        f"{name} {before.get(name)} then, {now[name]} now" for name in ("lammps", "platform") if before.get(name) != now[name]
+        f"{name} {before[name]} then, {now[name]} now"
+        for name in ("lammps", "platform", "libc", "processor")
+        if name in before and before[name] != now[name]
     ]
     if ranks != state.get("ranks", 1):
         reasons.append(f"{state.get('ranks', 1)} ranks then, {ranks} now")

@@ -12,7 +12,7 @@ from workflow.analysis.clusters import pair_correlation
 from workflow.analysis.contacts import coordination, solid_fraction
 from workflow.analysis.density import average, scattering
 from workflow.analysis.elasticity import DENSE, vibrations
-from workflow.analysis.fractal import FractalFit, fit_fractal
+from workflow.analysis.fractal import FEW, FractalFit, fit_fractal
 from workflow.analysis.frame import Frame
 from workflow.analysis.groups import LOWEST, NEIGHBOURHOOD, Constants, correlation, fit_window, shells
 from workflow.analysis.holes import holes
@@ -91,7 +91,7 @@ def _fit(samples: Sequence[Sample], found: Sequence) -> FractalFit | None:
     """The fit of eq. 28, None where it finds nothing."""
     mean = average(found)
     try:
-        return fit_fractal(mean, fit_window(mean, samples[0][1]), weighted=len(found) > 1)
+        return fit_fractal(mean, fit_window(mean, samples[0][1]), weighted=len(found) >= FEW)
     except WorkflowError:
         return None
 

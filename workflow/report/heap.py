@@ -45,7 +45,7 @@ def _discs(axes: Axes, place: Floats, size: Floats, colours: str | list[str]) ->
 def snapshot(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """The grains (fig. 1a) with the surface profile."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 2.9), layout="constrained")
+        figure = Figure(figsize=(WIDE, 2.9), layout="compressed")
         axes = figure.subplots()
         _axes(figure, axes, frame, ground)
         fixed, own = frame.ids <= ground.base, in_heap(frame, ground)
@@ -60,7 +60,7 @@ def snapshot(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
 def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 1.2) -> None:
     """Centre-to-centre vectors of pairs closer than ``range_`` (figs. 2, 5, 6, 8): light regions are loosely packed."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 2.9), layout="constrained")
+        figure = Figure(figsize=(WIDE, 2.9), layout="compressed")
         axes = figure.subplots()
         _axes(figure, axes, frame, ground)
         table = frame.contacts.select(frame.contacts.distance < range_)
@@ -73,7 +73,7 @@ def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 
 def forces(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """Normal forces as lines whose width is the force (fig. 3a), and the base force profile below (fig. 3b)."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 4.6), layout="constrained")
+        figure = Figure(figsize=(WIDE, 4.6), layout="compressed")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
         _axes(figure, top, frame, ground)
         table = frame.contacts
@@ -94,7 +94,7 @@ def maps(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
     """Voidage, and lines along the largest compression coloured by its size."""
     grid = fields(frame, ground)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDE, 5.2), layout="constrained")
+        figure = Figure(figsize=(WIDE, 4.2), layout="compressed")
         top, bottom = figure.subplots(2, 1, sharex=True)
         for axes in (top, bottom):
             _axes(figure, axes, frame, ground)
@@ -132,7 +132,7 @@ def _picture(tracks: Tracks, k: int, ground: Ground, moved: Bools) -> Image.Imag
     present = ~np.isnan(tracks.position[k, :, 0])
     place = tracks.position[k, present] - [ground.middle, ground.level]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 3.0), dpi=100, layout="constrained")
+        figure = Figure(figsize=(6.0, 3.0), dpi=100, layout="compressed")
         FigureCanvasAgg(figure)
         axes = figure.subplots()
         last = tracks.position[-1, tracks.ids > ground.base] - [ground.middle, ground.level]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +31,7 @@ class Error:
 
 
 def _number(name: str, value: Any, form: str = ".4g", unit: str = "", note: str = "") -> Number:
-    known = None if value is None else float(value)
+    known = None if value is None or math.isnan(value) else float(value)
     return Number(name, known, "undefined" if known is None else f"{known:{form}}{unit}", note)
 
 

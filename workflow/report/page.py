@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Sequence
 from html import escape
@@ -215,6 +216,12 @@ def _word(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def with_error(mean: float, error: float) -> str:
+    """Both to the second digit of the error, or as they are where that would take more than six decimals."""
+    decimals = max(1 - math.floor(math.log10(error)), 0) if error > 0 else 7
+    return f"{mean:.{decimals}f} ± {error:.{decimals}f}" if decimals <= 6 else f"{mean:.5g} ± {error:.1g}"
+
+
 def _mean(sheets: Sequence[Sheet], columns: Sequence[str]) -> str:
     """Mean and standard error over runs that differ in the seed alone."""
     each = [{name: value for name, value in _parameters(sheet).items() if name != "seed"} for sheet in sheets]
@@ -227,5 +234,5 @@ def _mean(sheets: Sequence[Sheet], columns: Sequence[str]) -> str:
             cells.append("<td></td>")
             continue
         error = statistics.stdev(values) / len(values) ** 0.5
-        cells.append(f"<td>{statistics.fmean(values):.5g} ± {error:.1g}</td>")
+        cells.append(f"<td>{with_error(statistics.fmean(values), error)}</td>")
     return f'<tfoot><tr><th scope="row">mean ± standard error</th><td>of {len(sheets)}</td>{"".join(cells)}</tr></tfoot>'

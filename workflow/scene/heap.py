@@ -22,6 +22,8 @@ from workflow.scene.quantity import Parameters, quantity
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
 MARGIN = 12.0  # free width beyond each end of the base
 HEADROOM = 6.0  # above the height of the drop
+# steps per period at which an impact with the damping of B97 is at the limit of stability; more damping shortens the step
+STEPS_TO_LIMIT = {"paper": 6.1, "second": 10.0}
 FASTEST_APPROACH = 2.0  # times the impact speed: of two grains within reach of the feed
 
 
@@ -199,7 +201,8 @@ class Heap(Parameters):
         omega = math.sqrt(max(impact, pressed))
         # two grains in an impact: z = sqrt(2) damping; limit for dampers with a late or extrapolated velocity as in parts.Law
         b = math.sqrt(2.0) * self.damping * (2.0 if self.scheme == "second" else 1.0)
-        period, limit = 2.0 * math.pi / omega, min(0.5 * math.pi, 2.0 * (math.sqrt(1.0 + b * b) - b)) / omega
+        limit = min(0.5 * math.pi, 2.0 * (math.sqrt(1.0 + b * b) - b)) / omega
+        period = min(2.0 * math.pi / omega, STEPS_TO_LIMIT[self.scheme] * limit)
         what = (
             f"an impact at {self.impact_speed:.3g} (closest distance {self.closest:.3f})"
             if impact > pressed

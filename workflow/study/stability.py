@@ -1,21 +1,27 @@
 """Which parameters are computed stably, inaccurately, unstably or not at all: one trial per value of a list of extremes.
 
-Packings are the first stage of method 1 with few grains; gases and given positions run in a fixed cell.  Every step is
-the one that the step rule of the scenes chooses.
+Packings are the first stage of method 1 with few grains; gases and given positions run in a fixed cell; of heaps the
+first grains fall on the base.  Every step is the one that the step rule of the scenes chooses.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
 
+from workflow.engine import launch
+from workflow.engine.rundir import RunDirectory
 from workflow.errors import EngineError, InputError, WorkflowError
 from workflow.scene.grains import Discs, Floats, place
+from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.parts import Law, Numerics, Step, choose_step
 from workflow.study.compare import VARIANTS, Variant, run
@@ -27,6 +33,7 @@ BLOWN_UP = 0.5  # of the same; above, the energy account says nothing any more
 OVERLAP = 0.05  # of the smallest radius; above, the linear law of small overlaps is used outside its range
 TAIL_STEPS = 2.5  # spent in the tail at the fastest approach; below, the attraction is not resolved
 GRAINS, MOST_STEPS, QUICK_STEPS, PATIENCE = 60, 200_000, 30_000, 120.0
+INDICES = (2.0, 12.0, 20.0, 36.0, 72.0, 144.0, 200.0, 300.0, 1000.0, 2000.0)  # of the law of heaps
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,7 @@ class Trial:
 
     parameter: str
     value: float
-    setting: Callable[[], Setting]
+    setting: Callable[[], Setting | Heap]
     steps: int = MOST_STEPS
 
 
@@ -137,7 +144,25 @@ def heap_of(overlap: float) -> Callable[[], Setting]:
     return setting
 
 
-def _scan(parameter: str, values: tuple[float, ...], make: Callable[[float], Callable[[], Setting]]) -> list[Trial]:
+def poured(**changes: Any) -> Callable[[], Heap]:
+    """Six grains of a heap, from the full height on a base so small that every impact is hard (B97)."""
+    few = {
+        "grains": 6,
+        "feed_rate": 0.5,
+        "feed_half_width": 2.0,
+        "base_half_width": 4.0,
+        "max_time": 30.0,
+        "frame_interval": 0.0,
+    }
+    return lambda: Heap(**{**few, **changes})
+
+
+def equal_tail(index: float) -> float:
+    """The range at which the force of this index is that of n = 36 at 1.2 sigma (B97 sec. III)."""
+    return float(1.2 ** (37.0 / (index + 1.0)))
+
+
+def _scan(parameter: str, values: tuple[float, ...], make: Callable[[float], Callable[[], Setting | Heap]]) -> list[Trial]:
     return [Trial(parameter, value, make(value)) for value in values]
 
 
@@ -176,6 +201,12 @@ def trials() -> list[Trial]:
         *_scan("overlap of two at the start", (1e-4, 1e-3, 1e-2, 1e-1, 0.5, 1.0),
                lambda v: given([1.0, 1.0], [[5.0, 5.0], [6.0 - v, 5.0]])),
         *_scan("overlap of many at the start", (0.0, 1e-2, 0.1, 0.3), heap_of),
+        *_scan("heap, n, r0 = 1.2", INDICES, lambda v: poured(index=v)),
+        *_scan("heap, n, r0 of equal force", INDICES, lambda v: poured(index=v, cutoff=equal_tail(v))),
+        *_scan("heap, Hooke's k", (10.0, 50.0, 500.0, 5e3, 5e4, 5e5), lambda v: poured(hooke=v)),
+        *_scan("heap, mu", (0.0, 0.2, 0.5, 1.0, 10.0), lambda v: poured(mu=v)),
+        *_scan("heap, damping", (0.0, 0.1, 0.5, 1.0, 2.0, 3.0), lambda v: poured(damping=v)),
+        *_scan("heap, steps per period", (3.0, 5.0, 7.0, 10.0, 14.0, 20.0, 40.0), lambda v: poured(steps_per_period=v)),
     ]  # fmt: skip
 
 
@@ -183,6 +214,8 @@ def judge(trial: Trial, variant: Variant, most_steps: int) -> Verdict:
     """Run one trial."""
     try:
         setting = trial.setting()
+        if isinstance(setting, Heap):
+            return _heap(trial, variant, replace(setting, scheme=variant.scheme))
         return _measured(trial, variant, setting, most_steps)
     except InputError as fault:
         return Verdict(trial.parameter, trial.value, variant.name, REFUSED, str(fault))
@@ -213,6 +246,24 @@ def _measured(trial: Trial, variant: Variant, setting: Setting, most_steps: int)
     return Verdict(
         trial.parameter, trial.value, variant.name, verdict, reason, choice.step, choice.step / choice.limit, residual,
         overlap, tail, outcome.seconds,
+    )  # fmt: skip
+
+
+def _heap(trial: Trial, variant: Variant, scene: Heap) -> Verdict:
+    """A heap to the end of its time, which is short whatever the step.  Its law is made for overlaps: they do not count."""
+    with tempfile.TemporaryDirectory() as name:
+        directory = RunDirectory.create(Path(name) / "run", scene)
+        launch.run(directory, out=StringIO())
+        series, seconds = directory.series(), directory.state["seconds"]
+    assert series is not None
+    residual = float(np.abs(series["residual"]).max() / series["energy_in"].max())
+    if not math.isfinite(residual):
+        raise EngineError("energy is not a number")
+    choice, overlap = scene.step_choice, 2.0 * float(series["overlap"].max())
+    verdict, reason = _verdict(residual, 0.0, None)
+    return Verdict(
+        trial.parameter, trial.value, variant.name, verdict, reason, choice.step, choice.step / choice.limit, residual,
+        overlap, None, seconds,
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from workflow.analysis.contacts import coordination, measure
 from workflow.analysis.frame import Contacts, Frame
 from workflow.report import page_data
 from workflow.report.figures import kinds_of_fig2
-from workflow.report.page import write_report
+from workflow.report.page import with_error, write_report
 from workflow.report.page_data import KINDS, Sheet, unpacked
 from workflow.report.study_page import template, write_page
 from workflow.scene.method1 import Method1
@@ -168,10 +168,17 @@ def test_table_of_runs_has_their_differences_and_the_mean(tmp_path: Path) -> Non
     assert "seed" in head and "solid fraction Φ" in head and "kappa" not in head
     phi = [one.measures["solid_fraction"] for one in pair]
     error = abs(phi[0] - phi[1]) / 2  # of the mean of two
-    assert f"{np.mean(phi):.5g} ± {error:.1g}" in page.texts["td"]
+    assert with_error(float(np.mean(phi)), error) in page.texts["td"]
     assert "no results yet" in page.texts["td"] and "third" in page.texts["th"]
     other = written(tmp_path, sheet(1), sheet(2, scene=Method1(kappa=1e4)))
     assert "kappa" in other.texts["button"] and "mean ± standard error" not in other.texts["th"]
+
+
+def test_mean_is_written_to_the_digits_of_its_error() -> None:
+    assert with_error(0.70689, 0.00257) == "0.7069 ± 0.0026"
+    assert with_error(451.75, 12.34) == "452 ± 12"
+    assert with_error(0.01, 0.0) == "0.01 ± 0"
+    assert with_error(0.01, 3.2e-8) == "0.01 ± 3e-08"
 
 
 def test_frame_without_any_interaction(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from workflow.cli.stability import write
+from workflow.scene.heap import Heap
 from workflow.study.compare import VARIANTS
 from workflow.study.stability import (
     INACCURATE,
@@ -21,6 +22,7 @@ from workflow.study.stability import (
     given,
     judge,
     packing,
+    poured,
 )
 
 SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
@@ -36,9 +38,12 @@ SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
         (REFUSED, "one centre", given([1.0, 1.0], [[5.0, 5.0], [5.0, 5.0]])),
         (REFUSED, "cell length", given([1.0], [[0.5, 0.5]], 1.0)),
         (STABLE, "no contact", given([1.0], [[5.0, 5.0]])),
+        (STABLE, "residual", poured(index=300, cutoff=1.02)),
+        (REFUSED, "index = 2", poured(index=2.0)),
+        (REFUSED, "step = ", poured(steps_per_period=5.0)),
     ],
 )
-def test_verdict(verdict: str, words: str, setting: Callable[[], Setting]) -> None:
+def test_verdict(verdict: str, words: str, setting: Callable[[], Setting | Heap]) -> None:
     found = judge(Trial("case", 0.0, setting), VARIANTS[0], 20_000)
     assert found.verdict == verdict, found
     assert words in found.reason

@@ -50,7 +50,7 @@ function sortable(table) {
     const head = button.parentElement, column = head.cellIndex, up = head.getAttribute("aria-sort") !== "ascending";
     for (const other of table.querySelectorAll("thead th")) other.removeAttribute("aria-sort");
     head.setAttribute("aria-sort", up ? "ascending" : "descending");
-    const key = (row) => row.cells[column].dataset.value ?? row.cells[column].textContent;
+    const key = (row) => row.cells[column]?.dataset.value ?? row.cells[column]?.textContent ?? "";
     const compare = (a, b) => {
       const [p, q] = [key(a), key(b)], [m, n] = [p, q].map(Number);
       if (p === "" || q === "") return p === q ? 0 : p === "" ? 1 : -1; // what is not known stays below

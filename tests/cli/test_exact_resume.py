@@ -68,7 +68,7 @@ def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], runn
 
 @pytest.mark.parametrize("stage", range(1, 7))
 def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
-    """As if killed right after the last checkpoint of the stage, which here is written at the step that ends it."""
+    """As if killed right after the last checkpoint of the stage, which may be written at the very step that ends it."""
     run = Path(shutil.copytree(whole[0], tmp_path / "copy"))
     last = max(run.glob(f"checkpoint.{stage}.[ab]"), key=lambda path: step_of(path) or 0)
     for path in run.glob("checkpoint.*"):

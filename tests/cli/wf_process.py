@@ -27,7 +27,7 @@ SLOW = ["method1", "--no-cohesion", "--n", "500", "--kappa", "1e5", "--hold", "1
 # some three seconds through all six stages: soft grains with friction, rolling, distant pairs, a ramp and a load
 ALL_STAGES = [
     "method2", "--n", "60", "--kappa", "1e4", "--soft-kappa", "1e3", "--d0", "0.01", "--stiffening", "3", "--rolling",
-    "--mur", "0.05", "--quiet", "2", "--hold", "0.2", "--checkpoint-interval", "0.01", "--pstar", "0.05", "--frame-interval", "5",
+    "--mur", "0.05", "--quiet", "2", "--hold", "0.2", "--checkpoint-interval", "0.06", "--pstar", "0.05", "--frame-interval", "5",
 ]  # fmt: skip
 # some two seconds: a heap on a base so narrow that grains fall off, with frames, tracks and checkpoints while it is fed
 POURED = [

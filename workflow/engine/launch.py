@@ -24,6 +24,8 @@ from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
 
 POLL = 0.25  # seconds between looks at a running child
 SPARE = 1_000_000  # bytes, besides three checkpoints, that must stay free on the disk
+RESERVED = ".reserve"  # kept aside while the engine runs: what it fills to the last byte has room for the last seal and state
+RESERVE = 65_536  # bytes of it
 PATIENCE = 60.0  # seconds a child may take to write its checkpoint after it was asked to stop
 
 
@@ -41,6 +43,8 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
         directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), reason=None)
+        with suppress(OSError):
+            (directory / RESERVED).write_bytes(bytes(RESERVE))
         begun = time.monotonic()
         progress, seals = Progress(directory, out), Seals(directory.path)
         with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
@@ -55,7 +59,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         seconds = before + time.monotonic() - begun
         result = directory.result()
         if full or child.returncode != 0 or not result:
-            reason = full or _reason(child.returncode, words)
+            reason = full or _full(directory, seals) or _reason(child.returncode, words)
             directory.record(status=FAILED, finished=timestamp(), seconds=seconds, reason=reason)
             raise EngineError(f"the engine stopped in '{directory.path}': {reason}")
         status = INTERRUPTED if interrupted or result["stopped"] else FINISHED
@@ -128,6 +132,7 @@ def _watch(
         if time.monotonic() > deadline:
             child.terminate()
             deadline = float("inf")
+    (directory / RESERVED).unlink(missing_ok=True)
     with suppress(ArchiveError):  # what came since the last look
         seals.look()
     return interrupted, full
@@ -137,12 +142,13 @@ def _full(directory: RunDirectory, seals: Seals) -> str | None:
     """Seal new checkpoints; in words what is wrong if the disk has no room to go on."""
     needed = SPARE + 3 * max((file.stat().st_size for file in directory.path.glob("checkpoint.*")), default=0)
     free = shutil.disk_usage(directory.path).free
+    fault = None
     try:
         seals.look()
-    except ArchiveError as fault:
-        return str(fault)
+    except ArchiveError as words:
+        fault = str(words)
     if free > needed:
-        return None
+        return fault
     return (
         f"No space left on device: {free / 1e6:.1f} MB are free, {needed / 1e6:.1f} MB are needed to go on; make room, then "
         f"'wf resume {shlex.quote(str(directory.path))}' continues from the last good checkpoint"

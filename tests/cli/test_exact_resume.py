@@ -14,7 +14,7 @@ import pytest
 from wf_process import ALL_STAGES, POURED, SLOW, Running, Wf, call, kill, record
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import confirmed, newest, step_of
+from workflow.engine.checkpoint import Seals, confirmed, newest, step_of
 from workflow.engine.rundir import RunDirectory
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump", "tracks.dump")
@@ -88,6 +88,7 @@ def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Pat
     run.wait_for_rows(10)
     time.sleep(0.2 * seconds)
     stop(run)
+    Seals(run.directory).look()  # as wf does at intervals that are longer than those of the checkpoints here
     found = newest(run.directory)
     assert found is not None
     content = bytearray(found.path.read_bytes())

@@ -58,27 +58,41 @@ class Seals:
 def newest(folder: Path) -> Checkpoint | None:
     """The valid checkpoint with the largest step, or None.
 
-    Valid are those that their seals confirm; only if there is none, whole ones without a seal that fits (of a deck that was
-    run by hand).  Those that a run wrote when it was asked to stop are left out: they were not part of its course, so what
-    continues from them would not be, bit for bit, the run without the stop.
+    Valid are those that their seals confirm; only if there is none, whole ones that no seal speaks of (of a deck that was run
+    by hand, or written since the last look), never one that its seal contradicts.  Those that a run wrote when it was asked
+    to stop are left out: they were not part of its course, so what continues from them would not be, bit for bit, the run
+    without the stop.
     """
-    found = [Checkpoint(path, int(path.name.split(".")[1]), step_of(path) or 0) for path in _files(folder) if _complete(path)]
+    whole = [path for path in _files(folder) if _complete(path) and not _contradicted(path)]
+    found = [Checkpoint(path, int(path.name.split(".")[1]), step_of(path) or 0) for path in whole]
     sealed = [one for one in found if confirmed(one.path)]
     return max(sealed or found, key=lambda c: (c.step, c.stage), default=None)
 
 
 def damaged(folder: Path) -> list[Path]:
     """Checkpoints that are not what their seal says, or not whole."""
-    return [path for path in _files(folder) if not _complete(path) or (_seal(path).is_file() and not confirmed(path))]
+    return [path for path in _files(folder) if not _complete(path) or _contradicted(path)]
 
 
 def confirmed(path: Path) -> bool:
     """The file is, bit for bit, what its seal says."""
+    return _fits(path) is True
+
+
+def _contradicted(path: Path) -> bool:
+    """The file has the step of its seal, but not its bits.  A seal of an earlier step says nothing: the engine wrote since."""
+    return _fits(path) is False
+
+
+def _fits(path: Path) -> bool | None:
+    """Whether the file is what its seal says; None if there is no seal of its step."""
     try:
         entry = json.loads(_seal(path).read_text(encoding="ascii"))
+        if entry["step"] != step_of(path):
+            return None
         return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
     except (OSError, ValueError, KeyError, TypeError):
-        return False
+        return None
 
 
 def _files(folder: Path) -> list[Path]:

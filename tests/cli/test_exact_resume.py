@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import random
 import shutil
 import subprocess
@@ -31,7 +32,7 @@ def stop(run: Running) -> None:
 def assert_same(directory: Path, whole: Path) -> None:
     assert record(directory)["status"] == "finished"
     for name in filter(lambda name: (whole / name).is_file(), RESULTS):
-        assert (directory / name).read_bytes() == (whole / name).read_bytes(), name
+        assert filecmp.cmp(directory / name, whole / name, shallow=False), name
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -99,6 +100,22 @@ def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Pat
     assert f"{found.path.name} is damaged" in done.stderr
     assert "continuing from checkpoint" in done.stderr
     assert_same(run.directory, reference)
+
+
+def test_checkpoints_of_a_lost_course_are_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start) -> None:
+    """Killed twice: the second part continues from an early checkpoint, beside later ones of the first that were not sealed."""
+    reference, seconds = whole
+    run = Path(shutil.copytree(reference, tmp_path / "slow"))
+    for path in run.glob("checkpoint.[2-6].?.json"):
+        path.unlink()
+    RunDirectory.open(run).record(status="running")
+    second = running(resume=True)
+    time.sleep(0.3 * seconds)
+    stop(second)
+    third = running(resume=True)
+    _, text = third.process.communicate(timeout=120)
+    assert third.process.returncode == 0, text
+    assert_same(run, reference)
 
 
 def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:

@@ -149,6 +149,17 @@ def step_of(path: Path) -> int | None:
         return None
 
 
+def drop_later(folder: Path, chosen: Checkpoint | None) -> None:
+    """Remove checkpoints of a course that ends here: those beyond ``chosen``, the one to continue from (None: all).
+
+    Were they left, a run that is killed once more could continue from one of them, past rows and frames it never wrote.
+    """
+    for path in _files(folder):
+        if chosen is None or (step_of(path) or 0) > chosen.step or int(path.name.split(".")[1]) > chosen.stage:
+            path.unlink()
+            _seal(path).unlink(missing_ok=True)
+
+
 def cut_back(folder: Path, step: int) -> None:
     """Drop rows of the series beyond the checkpoint of ``step`` in ``folder``, and frames at or beyond it: the resumed run
     writes those again."""

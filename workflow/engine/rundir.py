@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from workflow.archive.dumps import read_series
 from workflow.archive.write import replacing
@@ -29,6 +29,7 @@ from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS = "run.h5", "tracks.dump"
+LOCK_PATIENCE = 3.0  # seconds for the engine of a killed wf to end
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 
 
@@ -122,16 +123,21 @@ class RunDirectory:
         return series if len(series["step"]) else None
 
     @contextmanager
-    def lock(self) -> Iterator[None]:
-        """One `wf` at a time works in a directory."""
+    def lock(self) -> Iterator[TextIO]:
+        """One `wf` at a time works in a directory; a process that inherits the open file holds the lock as well."""
         with open(self / ".lock", "w") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise WorkflowError(
-                    f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
-                ) from None
-            yield
+            deadline = time.monotonic() + LOCK_PATIENCE
+            while True:
+                try:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except OSError:
+                    if time.monotonic() > deadline:
+                        raise WorkflowError(
+                            f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
+                        ) from None
+                    time.sleep(0.05)
+            yield file
 
     def result(self) -> dict[str, float]:
         """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import IO, TextIO
 
 from workflow.engine import rundir
-from workflow.engine.launch import die_with_parent
+from workflow.engine.launch import with_parent
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, Claims, Point, Standing, Study, remaining
@@ -105,7 +105,7 @@ class Crew:
         words = tempfile.TemporaryFile()  # noqa: SIM115  (closed by `look`)
         process = subprocess.Popen(
             [sys.executable, "-m", "workflow.cli.main", "resume", str(directory.path.resolve())], stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL, stderr=words, start_new_session=True, preexec_fn=die_with_parent,
+            stdout=subprocess.DEVNULL, stderr=words, start_new_session=True, preexec_fn=with_parent(),
         )  # fmt: skip
         self.running.append(Job(point, directory, process, words, now.seconds))
 

@@ -14,7 +14,7 @@ import pytest
 from workflow.analysis.frame import Frame
 from workflow.analysis.heap import Ground, base_forces, in_heap
 from workflow.archive.dumps import read_frames, read_series, read_tracks
-from workflow.deck.render import DATA, data_file, fill, render, templates
+from workflow.deck.render import DATA, data_file, fill, render, templates, whole
 from workflow.engine.environment import engine
 from workflow.scene.heap import FLOOR, Heap
 
@@ -23,7 +23,7 @@ SMALL = {"grains": 30, "drop_height": 15.0, "frame_interval": 0.0, "hold": 0.5}
 
 def prepare(folder: Path, scene: Heap, **changed: Any) -> Path:
     folder.mkdir()
-    template = (templates() / "heap.in").read_text()
+    template = whole(templates() / "heap.in")
     (folder / "deck.in").write_text(fill(template, {**scene.variables(), "data": DATA, **changed}))
     (folder / DATA).write_text(data_file(scene.discs()))
     for name, text in scene.files().items():

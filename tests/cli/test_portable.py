@@ -1,0 +1,193 @@
+"""The directory of `wf deck --scheduler`, run as on a cluster: no Python of ours, LAMMPS and its compiler alone."""
+
+from __future__ import annotations
+
+import filecmp
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wf_process import ALL_STAGES, QUICK, Wf, call
+
+from workflow.archive.dumps import read_series
+from workflow.deck.portable import job_script
+from workflow.deck.schedulers import Profile
+from workflow.engine.checkpoint import step_of
+from workflow.engine.environment import engine
+
+AWKWARD = 'it\'s a "path" $(touch broken)'
+FAKE_SUBMISSION = '#!/bin/sh\necho "$0 $*" >> "$SUBMITTED"\n'
+Job = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of programs: LAMMPS, its MPI's compiler, and an `sbatch` that only notes what it is asked."""
+    folder, found = tmp_path_factory.mktemp("cluster"), engine()
+    programs = {
+        "lmp": f'#!/bin/sh\nLD_LIBRARY_PATH={found.mpi.parent} exec {found.lmp} "$@"\n',
+        "mpicxx": f'#!/bin/sh\nexec {found.mpiexec.with_name("mpicxx")} "$@"\n',
+        "sbatch": FAKE_SUBMISSION,
+    }
+    for name, text in programs.items():
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    return folder
+
+
+@pytest.fixture
+def environment(cluster: Path) -> dict[str, str]:
+    """What a job finds: those programs, those of the system, where the headers are, nothing of ours."""
+    headers = engine().lmp.parent / "include" / "lammps"
+    return {"PATH": f"{cluster}:/usr/bin:/bin", "LAMMPS_INCLUDE": str(headers), "SUBMITTED": str(cluster / "submitted")}
+
+
+def prepare(folder: Path, profile: str, *scene: str) -> Path:
+    """`wf deck` with a profile; the plugin is there as it was built with this package, from the same source."""
+    file = folder.parent / "profile.toml"
+    file.write_text(profile)
+    done = call("deck", *scene, "--out", folder, "--profile", file, cwd=folder.parent)
+    assert done.returncode == 0, done.stderr
+    shutil.copy(engine().plugin, folder / "plugin")
+    return folder
+
+
+@pytest.fixture
+def job(environment: dict[str, str], tmp_path: Path) -> Job:
+    """Starts job.sh as a scheduler does: a copy of it, from elsewhere, in a process group of its own."""
+
+    def start(folder: Path) -> subprocess.Popen[str]:
+        (tmp_path / "spool").mkdir(exist_ok=True)
+        script = shutil.copy(folder / "job.sh", tmp_path / "spool" / "slurm_script")
+        return subprocess.Popen(
+            ["bash", script], cwd=tmp_path, env={**environment, "SLURM_SUBMIT_DIR": str(folder)}, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+
+    return start
+
+
+def test_killed_and_out_of_time_it_gives_what_an_uninterrupted_job_gives(
+    cluster: Path, environment: dict[str, str], tmp_path: Path, job: Job
+) -> None:
+    whole = prepare(tmp_path / "whole", "", *ALL_STAGES)
+    text = job(whole).communicate(timeout=100)[0]
+    assert "job.sh: finished: stage 6" in text
+    parts = prepare(tmp_path / AWKWARD, "launcher = \"env X='a b'\"", *ALL_STAGES)
+
+    def rerun(folder: Path, limit: int) -> subprocess.Popen[str]:
+        script = (folder / "job.sh").read_text()
+        (folder / "job.sh").write_text(re.sub(r"(?m)^limit=\d+$", f"limit={limit}", script))
+        return job(folder)
+
+    killed = job(parts)
+    deadline = time.monotonic() + 60
+    while not (parts / "checkpoint.2.a").is_file():
+        assert killed.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    os.killpg(killed.pid, signal.SIGKILL)
+    killed.communicate()
+    for name in ("series.txt", "grains.dump", "contacts.dump"):  # what a kill in the middle of a write leaves
+        with open(parts / name, "a") as file:
+            file.write("12345 0.5 " if name == "series.txt" else "ITEM: TIME\n7.5\nITEM: TIMEST")
+    limit, text = 1, "no checkpoint within the time"
+    while "no checkpoint within the time" in text:  # a slow machine needs more
+        assert limit < 100
+        text = rerun(parts, limit).communicate(timeout=200)[0]
+        limit *= 2
+    assert "continuing from checkpoint." in text
+    assert "submitting again, to go on from checkpoint" in text
+    assert (cluster / "submitted").read_text() == f"{cluster}/sbatch job.sh\n"
+    text = rerun(parts, 600).communicate(timeout=200)[0]
+    assert "continuing from checkpoint." in text
+    assert "job.sh: finished: stage 6" in text
+    for name in ("grains.dump", "contacts.dump"):
+        assert filecmp.cmp(parts / name, whole / name, shallow=False), name
+    one, other = read_series(whole / "series.txt"), read_series(parts / "series.txt")
+    assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+    before = (parts / "log.lammps").stat().st_mtime_ns
+    assert "finished already" in job(parts).communicate(timeout=20)[0]
+    assert (parts / "log.lammps").stat().st_mtime_ns == before
+    assert not any(tmp_path.rglob("broken"))
+
+
+def test_built_from_its_source_it_gives_what_wf_run_gives(environment: dict[str, str], tmp_path: Path, job: Job) -> None:
+    """Without optimisation, which takes a quarter of the time; every bit is the same."""
+    run = prepare(tmp_path / AWKWARD, "", *QUICK)
+    (run / "plugin" / "discplugin.so").unlink()
+    environment["CXXFLAGS"] = "-O0"
+    text = job(run).communicate(timeout=200)[0]
+    assert f"built {run}/plugin/discplugin.so for LAMMPS 22 Jul 2025" in text
+    assert "job.sh: finished: stage" in text
+    done = call("run", *QUICK, "--out", tmp_path / "ours", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for name in ("grains.dump", "contacts.dump", "series.txt"):
+        assert filecmp.cmp(run / name, tmp_path / "ours" / name, shallow=False), name
+    done = call("measure", run, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "in equilibrium" in done.stdout
+    assert sorted(path.name for path in tmp_path.iterdir()) == [AWKWARD, "ours", "profile.toml", "spool"]
+
+
+def test_failures_say_what_to_do(tmp_path: Path, job: Job) -> None:
+    few = ["method1", "--no-cohesion", "--n", "60"]
+    run = prepare(tmp_path / "a", 'modules = ["none/1"]', *few)
+    assert "module none/1 does not load" in job(run).communicate(timeout=20)[0]
+    run = prepare(tmp_path / "b", 'lmp = "lmp of /nowhere"', *few)
+    (run / "plugin" / "discplugin.so").unlink()
+    assert "LAMMPS program 'lmp of /nowhere' is not found; load its module" in job(run).communicate(timeout=20)[0]
+    run = prepare(tmp_path / "c", "", *few)
+    (run / "grains.data").unlink()
+    text = job(run).communicate(timeout=20)[0]
+    assert "LAMMPS ended with status 1: ERROR" in text
+    assert "grains.data" in text
+    run = prepare(tmp_path / "d", 'time = "00:00:02"\nmargin = 1', "method1", "--checkpoint-interval", "1000")
+    assert "no checkpoint within the time of a job; ask for more time" in job(run).communicate(timeout=60)[0]
+
+
+def test_stop_file_and_lock(tmp_path: Path, job: Job) -> None:
+    run = prepare(tmp_path / "run", "", "method1", "--n", "1400", "--checkpoint-interval", "0.05")
+    first = job(run)
+    deadline = time.monotonic() + 60
+    while not list(run.glob("checkpoint.1.a")):
+        assert first.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    resume = call("resume", run, cwd=tmp_path)
+    assert resume.returncode == 1
+    assert "is in use by another wf" in resume.stderr
+    (run / "stop").touch()
+    assert "submit again to go on" in first.communicate(timeout=60)[0]
+
+
+def test_the_shell_reads_checkpoints_as_we_do(packing: Path, tmp_path: Path) -> None:
+    """Steps of whole files, and none of what is cut off, empty or something else."""
+    text = job_script(Profile(), "x")
+    functions = text[text.index("integer()") : text.index("# sets checkpoint")]
+    good = sorted(packing.glob("checkpoint.*.[ab]"))
+    content = good[0].read_bytes()
+    bad = {"cut": content[:-5], "head": content[:16], "empty": b"", "text": b"hello\n" * 50, "zero": bytes(400),
+           "other": content[:28] + b"\xff\xff\xff\x7f" + content[32:]}  # fmt: skip
+    for name, data in bad.items():
+        (tmp_path / name).write_bytes(data)
+    for path in [*good, *(tmp_path / name for name in bad)]:
+        done = subprocess.run(
+            ["bash", "-c", f'{functions}\nstep_of "$1"', "bash", path], capture_output=True, text=True, check=False
+        )
+        expected = str(step_of(path)) if path in good else ""
+        assert (done.stdout, done.stderr) == (expected, ""), path
+
+
+def test_options_of_a_job_need_a_scheduler(wf: Wf) -> None:
+    done = wf("deck", "method1", "--n", "60", "--out", "x", "--time", "01:00:00")
+    assert done.returncode == 2
+    assert "--time is for a job: add --scheduler or --profile" in done.stderr
+    done = wf("deck", "method1", "--n", "60", "--out", "x", "--scheduler", "slurm", "--account", "$(id)")
+    assert done.returncode == 2
+    assert "account: '$(id)' is not allowed" in done.stderr

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from wf_process import ALL_STAGES, QUICK, Wf, call
+from wf_process import ALL_STAGES, QUICK, call
 
 from workflow.archive.dumps import read_series
+from workflow.cli.main import main
 from workflow.deck.portable import job_script
 from workflow.deck.schedulers import Profile
 from workflow.engine.checkpoint import step_of
@@ -24,6 +25,7 @@ from workflow.engine.environment import engine
 
 AWKWARD = 'it\'s a "path" $(touch broken)'
 FAKE_SUBMISSION = '#!/bin/sh\necho "$0 $*" >> "$SUBMITTED"\n'
+SCENE = [*ALL_STAGES, "--n", "150", "--checkpoint-interval", "0.5"]  # checkpoints cost more than the run where the disk is busy
 Job = Callable[..., "subprocess.Popen[str]"]
 
 
@@ -53,8 +55,7 @@ def prepare(folder: Path, profile: str, *scene: str) -> Path:
     """`wf deck` with a profile; the plugin is there as it was built with this package, from the same source."""
     file = folder.parent / "profile.toml"
     file.write_text(profile)
-    done = call("deck", *scene, "--out", folder, "--profile", file, cwd=folder.parent)
-    assert done.returncode == 0, done.stderr
+    assert main(["deck", *scene, "--out", str(folder), "--profile", str(file)]) == 0
     shutil.copy(engine().plugin, folder / "plugin")
     return folder
 
@@ -77,10 +78,10 @@ def job(environment: dict[str, str], tmp_path: Path) -> Job:
 def test_killed_and_out_of_time_it_gives_what_an_uninterrupted_job_gives(
     cluster: Path, environment: dict[str, str], tmp_path: Path, job: Job
 ) -> None:
-    whole = prepare(tmp_path / "whole", "", *ALL_STAGES)
+    whole = prepare(tmp_path / "whole", "", *SCENE)
     text = job(whole).communicate(timeout=100)[0]
     assert "job.sh: finished: stage 6" in text
-    parts = prepare(tmp_path / AWKWARD, "launcher = \"env X='a b'\"", *ALL_STAGES)
+    parts = prepare(tmp_path / AWKWARD, "launcher = \"env X='a b'\"", *SCENE)
 
     def rerun(folder: Path, limit: int) -> subprocess.Popen[str]:
         script = (folder / "job.sh").read_text()
@@ -137,31 +138,39 @@ def test_built_from_its_source_it_gives_what_wf_run_gives(environment: dict[str,
 
 
 def test_failures_say_what_to_do(tmp_path: Path, job: Job) -> None:
-    few = ["method1", "--no-cohesion", "--n", "60"]
-    run = prepare(tmp_path / "a", 'modules = ["none/1"]', *few)
-    assert "module none/1 does not load" in job(run).communicate(timeout=20)[0]
-    run = prepare(tmp_path / "b", 'lmp = "lmp of /nowhere"', *few)
-    (run / "plugin" / "discplugin.so").unlink()
-    assert "LAMMPS program 'lmp of /nowhere' is not found; load its module" in job(run).communicate(timeout=20)[0]
-    run = prepare(tmp_path / "c", "", *few)
-    (run / "grains.data").unlink()
-    text = job(run).communicate(timeout=20)[0]
+    run = prepare(tmp_path / "run", "", "method1", "--checkpoint-interval", "1000")
+
+    def said(old: str, new: str) -> str:
+        """What the job says with one setting changed."""
+        script = (run / "job.sh").read_text()
+        assert f"\n{old}\n" in script
+        (run / "job.sh").write_text(script.replace(old, new))
+        text = job(run).communicate(timeout=60)[0]
+        (run / "job.sh").write_text(script)
+        return text
+
+    assert "module none/1 does not load" in said("modules=()", "modules=(none/1)")
+    plugin = run / "plugin" / "discplugin.so"
+    plugin.rename(tmp_path / "kept")
+    assert "LAMMPS program 'no lmp' is not found; load its module" in said("lmp=lmp", "lmp='no lmp'")
+    (tmp_path / "kept").rename(plugin)
+    (run / "grains.data").rename(tmp_path / "kept")
+    text = said("limit=85800", "limit=9")
     assert "LAMMPS ended with status 1: ERROR" in text
     assert "grains.data" in text
-    run = prepare(tmp_path / "d", 'time = "00:00:02"\nmargin = 1', "method1", "--checkpoint-interval", "1000")
-    assert "no checkpoint within the time of a job; ask for more time" in job(run).communicate(timeout=60)[0]
+    (tmp_path / "kept").rename(run / "grains.data")
+    assert "no checkpoint within the time of a job; ask for more time" in said("limit=85800", "limit=0")
 
 
-def test_stop_file_and_lock(tmp_path: Path, job: Job) -> None:
+def test_stop_file_and_lock(tmp_path: Path, job: Job, capsys: pytest.CaptureFixture[str]) -> None:
     run = prepare(tmp_path / "run", "", "method1", "--n", "1400", "--checkpoint-interval", "0.05")
     first = job(run)
     deadline = time.monotonic() + 60
     while not list(run.glob("checkpoint.1.a")):
         assert first.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
-    resume = call("resume", run, cwd=tmp_path)
-    assert resume.returncode == 1
-    assert "is in use by another wf" in resume.stderr
+    assert main(["resume", str(run)]) == 1
+    assert "is in use by another wf" in capsys.readouterr().err
     (run / "stop").touch()
     assert "submit again to go on" in first.communicate(timeout=60)[0]
 
@@ -184,10 +193,12 @@ def test_the_shell_reads_checkpoints_as_we_do(packing: Path, tmp_path: Path) -> 
         assert (done.stdout, done.stderr) == (expected, ""), path
 
 
-def test_options_of_a_job_need_a_scheduler(wf: Wf) -> None:
-    done = wf("deck", "method1", "--n", "60", "--out", "x", "--time", "01:00:00")
-    assert done.returncode == 2
-    assert "--time is for a job: add --scheduler or --profile" in done.stderr
-    done = wf("deck", "method1", "--n", "60", "--out", "x", "--scheduler", "slurm", "--account", "$(id)")
-    assert done.returncode == 2
-    assert "account: '$(id)' is not allowed" in done.stderr
+def test_options_of_a_job_need_a_scheduler(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["deck", "method1", "--n", "60", "--out", str(tmp_path / "x")]
+    assert main([*words, "--time", "01:00:00"]) == 2
+    assert "--time is for a job: add --scheduler or --profile" in capsys.readouterr().err
+    assert main([*words, "--scheduler", "slurm", "--account", "$(id)"]) == 2
+    assert "account: '$(id)' is not allowed" in capsys.readouterr().err
+    assert main([*words, "--no-account", "--scheduler", "pbs", "--account", "phys"]) == 0
+    assert "variable account          index no" in (tmp_path / "x" / "deck.in").read_text()
+    assert "#PBS -A phys" in (tmp_path / "x" / "job.sh").read_text()

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_series
-from workflow.archive.write import replacing
 from workflow.deck.render import DATA, DECK, data_file, render
 from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError

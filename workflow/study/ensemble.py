@@ -23,7 +23,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.deck.render import DECK, render
 from workflow.engine import rundir
 from workflow.engine.environment import versions

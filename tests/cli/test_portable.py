@@ -149,7 +149,6 @@ def test_failures_say_what_to_do(tmp_path: Path, job: Job) -> None:
         (run / "job.sh").write_text(script)
         return text
 
-    assert "module none/1 does not load" in said("modules=()", "modules=(none/1)")
     plugin = run / "plugin" / "discplugin.so"
     plugin.rename(tmp_path / "kept")
     assert "LAMMPS program 'no lmp' is not found; load its module" in said("lmp=lmp", "lmp='no lmp'")
@@ -160,6 +159,12 @@ def test_failures_say_what_to_do(tmp_path: Path, job: Job) -> None:
     assert "grains.data" in text
     (tmp_path / "kept").rename(run / "grains.data")
     assert "no checkpoint within the time of a job; ask for more time" in said("limit=85800", "limit=0")
+
+
+def test_a_module_that_does_not_load_is_named(tmp_path: Path, job: Job) -> None:
+    run = prepare(tmp_path / "run", 'modules = ["none/1"]', *QUICK)
+    assert "module none/1 does not load" in job(run).communicate(timeout=20)[0]
+    assert not (run / "log.lammps").exists()
 
 
 def test_stop_file_and_lock(tmp_path: Path, job: Job, capsys: pytest.CaptureFixture[str]) -> None:

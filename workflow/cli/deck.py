@@ -45,14 +45,17 @@ def add_cluster(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--partition", metavar="NAME", help="partition or queue")
 
 
-def job_of(arguments: argparse.Namespace) -> Profile | None:
-    """The job that the command line describes, None if it asks for none.  Raises InputError for what is not allowed."""
+def job_of(arguments: argparse.Namespace, *, local: tuple[str, ...] = ()) -> Profile | None:
+    """The job that the command line describes, None if it asks for none; options in ``local`` need none.
+
+    Raises InputError for what is not allowed.
+    """
     given = {name: getattr(arguments, name) for name in ("scheduler", "time", "partition", "ranks")} | {
         "account": arguments.pays
     }
     if arguments.scheduler or arguments.profile:
         return profile_of(arguments.profile, **given)
-    extra = next((name for name, value in given.items() if value is not None), None)
+    extra = next((name for name, value in given.items() if value is not None and name not in local), None)
     if extra:
         raise InputError(f"--{extra} is for a job: add --scheduler or --profile")
     return None

@@ -10,13 +10,6 @@ cd -- "$here" 2>/dev/null && [ -f deck.in ] || fail "deck.in is not in '$here'; 
 exec 9>> .lock
 flock -w 30 9 || fail "another job or wf works in $PWD"
 
-if [ "${#modules[@]}" -gt 0 ]; then
-  for file in /etc/profile.d/{modules,lmod,z00_lmod}.sh; do
-    type module > /dev/null 2>&1 || { [ -r "$file" ] && . "$file"; }
-  done
-  for name in "${modules[@]}"; do module load "$name" || fail "module $name does not load"; done
-fi
-
 integer() { od -An -v -t "d$3" -j "$2" -N "$3" -- "$1" 2>/dev/null | tr -d ' \n'; }
 
 # step of a LAMMPS restart file that is whole: its mark stands at both ends, the step after version and units in its head

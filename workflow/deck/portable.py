@@ -61,7 +61,6 @@ def job_script(profile: Profile, name: str) -> str:
     more = [f"--ntasks={profile.ranks}"] if profile.scheduler == "slurm" else []
     output = {"slurm": "job-%j.out", "lsf": "job-%J.out"}.get(profile.scheduler, "")
     settings = [
-        f"modules=({shlex.join(profile.modules)})",
         f"launch=({shlex.join(profile.launch)})",
         f"lmp={shlex.quote(profile.lmp)}",
         f"include={shlex.quote(profile.lammps_include)}",
@@ -71,4 +70,4 @@ def job_script(profile: Profile, name: str) -> str:
         f"again() {{ {profile.cluster.submit}; }}",
     ]
     body = Path(__file__).with_name(JOB).read_text(encoding="utf-8")
-    return "\n".join(["#!/bin/bash", *profile.head(name, output, *more), "", *settings, "", body])
+    return "\n".join(["#!/bin/bash", *profile.head(name, output, *more), "", *profile.loading(), *settings, "", body])

@@ -65,7 +65,8 @@ class Profile:
 
     ``launcher``: command that starts the ranks, with ``{ranks}`` for their number; "" for the scheduler's own, which one rank
     does without.  ``lmp``, ``lammps_include``, ``compiler``: for the plugin's build.sh; ``cores_per_node``: PBS alone needs it.
-    ``most_tasks``: largest number of tasks in a job array of `wf sweep`.  Raises InputError for any field that is not allowed.
+    ``points_at_once``: points that a task of `wf sweep` computes side by side; ``most_tasks``: tasks in one array at most.
+    Raises InputError for any field that is not allowed.
     """
 
     scheduler: str = "slurm"
@@ -81,6 +82,7 @@ class Profile:
     lmp: str = "lmp"
     lammps_include: str = ""
     compiler: str = ""
+    points_at_once: int = 1
     most_tasks: int = 1000
 
     def __post_init__(self) -> None:
@@ -90,7 +92,7 @@ class Profile:
         object.__setattr__(self, "margin", seconds("margin", self.margin) or min(max(self.time // 20, 30), 600))
         if not 0 < self.margin < self.time:
             raise InputError(f"margin = {self.margin} s is not allowed: it must be above 0 and below the limit, {self.time} s")
-        for name, low in (("ranks", 1), ("cores_per_node", 0), ("most_tasks", 1)):
+        for name, low in (("ranks", 1), ("cores_per_node", 0), ("points_at_once", 1), ("most_tasks", 1)):
             value = getattr(self, name)
             if type(value) is not int or not low <= value <= 10_000_000:
                 raise InputError(f"{name} = {value!r} is not allowed: it must be a whole number not below {low}")
@@ -150,6 +152,18 @@ class Profile:
             own += [f"-P {self.account}"] if self.account else []
             own += [f"-q {self.partition}"] if self.partition else []
         return [f"{mark} {word}" for word in (*own, *more, *self.directives)]
+
+    def loading(self) -> list[str]:
+        """Lines of the script that load the modules; a batch shell may not know the command yet."""
+        if not self.modules:
+            return []
+        return [
+            "for file in /etc/profile.d/{modules,lmod,z00_lmod}.sh; do",
+            '  type module > /dev/null 2>&1 || { [ -r "$file" ] && . "$file"; }',
+            "done",
+            *(f'module load {name} || {{ echo "module {name} does not load" >&2; exit 1; }}' for name in self.modules),
+            "",
+        ]
 
     def _chunks(self) -> str:
         """PBS: whole nodes where their size is known, single cores wherever they are else."""

@@ -139,6 +139,17 @@ class RunDirectory:
                     time.sleep(0.05)
             yield file
 
+    def locked(self) -> bool:
+        """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
+        try:
+            with open(self / ".lock", "a") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except FileNotFoundError:
+            return False
+        except OSError:
+            return True
+        return False
+
     def result(self) -> dict[str, float]:
         """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""
         log = self / "log.lammps"

@@ -122,3 +122,12 @@ class Frame:
     def area(self) -> float:
         """Cell area A = L1 L2."""
         return float(self.cell[0] * self.cell[1])
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Positions at many times: ``time`` (F,), ``ids`` (G,), ``position`` (F, G, 2), NaN where a grain is absent."""
+
+    time: Floats
+    ids: Ints
+    position: Floats

@@ -15,8 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints
-from workflow.analysis.heap import Tracks
+from workflow.analysis.frame import Contacts, Floats, Frame, Ints, Tracks
 from workflow.errors import ArchiveError
 
 PathLike = str | os.PathLike[str]

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.archive.drafts import replacing
 from workflow.archive.vtk import write_collection, write_polydata
-from workflow.archive.write import replacing
 from workflow.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:

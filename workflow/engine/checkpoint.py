@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_blocks
-from workflow.archive.write import replacing
 
 DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import platform
 import shlex
 import shutil
 import signal
@@ -42,7 +43,7 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         command = [*python_child(), DECK, *variables]
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
-        directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), reason=None)
+        directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), host=platform.node(), reason=None)
         with suppress(OSError):
             (directory / RESERVED).write_bytes(bytes(RESERVE))
         begun = time.monotonic()

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_series
-from workflow.archive.write import replacing
 from workflow.deck.render import DATA, DECK, data_file, render
 from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
@@ -138,6 +138,17 @@ class RunDirectory:
                         ) from None
                     time.sleep(0.05)
             yield file
+
+    def locked(self) -> bool:
+        """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
+        try:
+            with open(self / ".lock", "a") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except FileNotFoundError:
+            return False
+        except OSError:
+            return True
+        return False
 
     def result(self) -> dict[str, float]:
         """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.study.papers import Paper, Printed
 from workflow.study.table import write_csv
 

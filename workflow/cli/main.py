@@ -11,6 +11,7 @@ from workflow import __version__
 from workflow.cli import (
     accuracy,
     bench,
+    crosscheck,
     deck,
     doctor,
     export,
@@ -28,7 +29,8 @@ from workflow.cli import (
 from workflow.errors import WorkflowError
 
 COMMANDS = (
-    run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, accuracy, stability, doctor,
+    run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, crosscheck, accuracy, stability,
+    doctor,
 )  # fmt: skip
 
 

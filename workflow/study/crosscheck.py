@@ -37,7 +37,7 @@ LONGER = 1.25  # times as long as ours takes in all the others run before their 
 SETTLE = 10.0  # time with drag in the others [T0]
 TIME = 40.0  # that ours takes, where it is not known [T0]
 ROWS = 0.1  # time between rows of the others' series [T0]
-SHARES = {EXACT: 1.0, CONTROL: 2.0, "liggghts": 12.0, "yade": 40.0}  # of the time, for the estimate of what is left
+SHARES = {EXACT: 1.0, CONTROL: 2.0, "liggghts": 50.0, "yade": 60.0}  # of the time, for the estimate of what is left
 NUMBERS = ("solid_fraction", "coordination", "coordination_backbone", "rattlers", "mean_force", "second_moment")
 
 

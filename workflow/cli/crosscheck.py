@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from workflow.cli.bench import listed, one_of
 from workflow.cli.options import command
 from workflow.engine.environment import engine
 from workflow.errors import InputError
@@ -48,8 +49,8 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Compare and print; 1 if no other program is installed."""
-    parts = _listed("--parts", arguments.parts, PARTS)
-    chosen = _listed("--engines", arguments.engines, PEERS)
+    parts = listed("--parts", arguments.parts, one_of(PARTS))
+    chosen = listed("--engines", arguments.engines, one_of(PEERS))
     scenes = _scenes(arguments)
     try:
         arguments.out.mkdir(parents=True, exist_ok=True)
@@ -88,14 +89,6 @@ def _scenes(arguments: argparse.Namespace) -> list[Method1]:
     if not all(seed.strip().isdigit() for seed in seeds):
         raise InputError(f"--seeds '{arguments.seeds}' is not allowed: give whole numbers with commas, for example 1,2,3")
     return [Method1(cohesion=False, seed=seed, **values) for seed in dict.fromkeys(map(int, seeds))]
-
-
-def _listed(option: str, text: str, known: Sequence[str]) -> list[str]:
-    names = list(dict.fromkeys(word.strip() for word in text.split(",")))
-    for name in names:
-        if name not in known:
-            raise InputError(f"{option} '{name}' is not known; known are: {', '.join(known)}")
-    return names
 
 
 def _write(out: Path, few: Sequence[Few], made: Sequence[Result]) -> None:

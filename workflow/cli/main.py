@@ -21,6 +21,7 @@ from workflow.cli import (
     reproduce,
     resume,
     run,
+    scale,
     stability,
     status,
     sweep,
@@ -29,8 +30,8 @@ from workflow.cli import (
 from workflow.errors import WorkflowError
 
 COMMANDS = (
-    run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, crosscheck, accuracy, stability,
-    doctor,
+    run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, scale, crosscheck, accuracy,
+    stability, doctor,
 )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from workflow.errors import ArchiveError
 PathLike = str | os.PathLike[str]
 
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
+ROWS = 65536  # lines of a table that are in memory as text at one time
 CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
 
 
@@ -69,18 +70,20 @@ class _Lines:
 
     def numbers(self, rows: int, columns: int, what: str) -> Floats:
         """``rows`` lines of ``columns`` finite numbers each."""
-        first = self.number + 1
-        lines = self.take(rows)
-        if not rows:
-            return np.empty((0, columns))
-        try:
-            table = np.loadtxt(lines, comments=None, ndmin=2)
-        except (ValueError, UnicodeDecodeError):
-            table = np.empty((0, 0))
-        if table.shape == (rows, columns) and np.isfinite(table).all():
-            return table
-        self.number = first + next((k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True)), 0)
-        raise self.fault(f"expected {columns} finite numbers per line ({what})")
+        table = np.empty((rows, columns))
+        for done in range(0, rows, ROWS):
+            first = self.number + 1
+            lines = self.take(min(ROWS, rows - done))
+            try:
+                part = np.loadtxt(lines, comments=None, ndmin=2)
+            except (ValueError, UnicodeDecodeError):
+                part = np.empty((0, 0))
+            if part.shape != (len(lines), columns) or not np.isfinite(part).all():
+                bad = (k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True))
+                self.number = first + next(bad, 0)
+                raise self.fault(f"expected {columns} finite numbers per line ({what})")
+            table[done : done + len(lines)] = part
+        return table
 
     def integer(self, what: str) -> int:
         """A line with one integer >= 0; int() rather than float64 so that a step beyond 2**53 stays exact."""

@@ -15,7 +15,7 @@ import json
 import shlex
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from typing import Any, TextIO
 
 from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_series
-from workflow.deck.render import DATA, DECK, data_file, render
+from workflow.deck.render import DATA, DECK, data_parts, render
 from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
@@ -65,7 +65,7 @@ class RunDirectory:
         except OSError as fault:
             raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
         try:
-            run.write_text(DATA, data_file(discs))
+            run.write_text(DATA, data_parts(discs))
             run.write_text(DECK, deck)
             for name, text in scene.files().items():
                 run.write_text(name, text)
@@ -83,14 +83,15 @@ class RunDirectory:
             raise
         return run
 
-    def write_text(self, name: str, text: str) -> None:
-        """Write a file of the directory as a whole or not at all."""
-        with replacing(self / name) as draft:
-            draft.write_text(text, encoding="utf-8")
+    def write_text(self, name: str, text: str | Iterable[str]) -> None:
+        """Write a file of the directory, given as a whole or in parts, as a whole or not at all."""
+        with replacing(self / name) as draft, open(draft, "w", encoding="utf-8") as file:
+            file.writelines([text] if isinstance(text, str) else text)
 
     def hash(self, name: str) -> str:
         """SHA-256 of a file of the directory."""
-        return hashlib.sha256((self / name).read_bytes()).hexdigest()
+        with open(self / name, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def state(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Sequence
@@ -18,17 +19,17 @@ from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.heap import heap_measures
 from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
-from workflow.errors import ArchiveError
+from workflow.errors import ArchiveError, InputError
 from workflow.scene.heap import Heap
 from workflow.scene.parts import Law
 from workflow.scene.presets import Packed
 
-MEASURES = "measures.json"
+MEASURES, CHECKSUM = "measures.json", "checksum"
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
     """Write the archive and the measures of the last frame from what the engine wrote."""
-    series = directory.series() or {}
+    series: dict[str, Any] = directory.series() or {}
     state, scene = directory.state, directory.scene
     provenance = {
         "scene": {"scene": scene.name, **scene.as_mapping()},
@@ -45,8 +46,23 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
     write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
     measures = measures_of(directory)
-    directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
+    directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
     return measures
+
+
+def stored_measures(directory: RunDirectory) -> dict[str, Any]:
+    """The measures of the last frame: those in measures.json if its checksum is right, else measured anew."""
+    try:
+        known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+        if isinstance(known, dict) and known.pop(CHECKSUM, None) == _checksum(known):
+            return known
+    except (OSError, ValueError, RecursionError):
+        pass
+    return measures_of(directory)
+
+
+def _checksum(measures: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(measures).encode()).hexdigest()
 
 
 def _require_space(directory: RunDirectory) -> None:
@@ -69,9 +85,17 @@ def measures_of(
     ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
     many grains; ``options``: fields of its `Constants`.
     """
-    scene, series = directory.scene, directory.series() or {}
+    scene = directory.scene
+    series: dict[str, Any] = directory.series() or {}
     result = directory.result()
+    unknown = sorted(set(series["stage"].tolist()) - set(scene.stages)) if series else []
+    if unknown:
+        raise ArchiveError(f"series.txt in '{directory.path}' has a stage {unknown[0]:g}, which {scene.name} has not; the file "
+                           "is damaged, run again")  # fmt: skip
     if isinstance(scene, Heap):
+        if groups is not None and list(groups) != ["none"]:
+            raise InputError(f"'{directory.path}' is a heap, which has measures of its own; the groups are of packings: "
+                             "leave --only out")  # fmt: skip
         return heap_measures(directory, scene, frame)
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)

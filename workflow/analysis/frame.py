@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-LARGEST = 1e100  # no number of a frame is larger: squares and cubes of them stay finite
+LARGEST = 1e30  # no number of a frame is larger: its powers stay finite, and it fits float32
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints, sound
+from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, sound
 from workflow.analysis.heap import Tracks
 from workflow.errors import ArchiveError
 
@@ -77,10 +77,7 @@ class _Lines:
         lines = self.take(rows)
         if not rows:
             return np.empty((0, columns))
-        try:
-            table = np.loadtxt(lines, comments=None, ndmin=2)
-        except (ValueError, UnicodeDecodeError):
-            table = np.empty((0, 0))
+        table = _table(lines)
         if table.shape == (rows, columns) and np.isfinite(table).all():
             return table
         self.number = first + next((k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True)), 0)
@@ -98,6 +95,16 @@ class _Lines:
             f"{self.path}, line {self.number}: {message}; the file is damaged or is no LAMMPS dump of this package; "
             "restore it or run again"
         )
+
+
+def _table(lines: list[bytes]) -> Floats:
+    """Lines of numbers as a table, an empty one if they are none."""
+    if not lines[0].strip():  # of lines without content NumPy warns
+        return np.empty((0, 0))
+    try:
+        return np.loadtxt(lines, comments=None, ndmin=2)
+    except ValueError:
+        return np.empty((0, 0))
 
 
 def _numeric(line: bytes, columns: int, finite: bool) -> bool:
@@ -201,6 +208,8 @@ def read_tracks(path: PathLike) -> Tracks:
     """Positions of a ``dump custom`` with the columns id x y at many times, grains that come and go included."""
     blocks = list(read_blocks(path, "ATOMS"))
     for block in blocks:
+        if not (np.abs(block.table) < LARGEST).all():
+            raise ArchiveError(f"{path}, step {block.step}: a position is no place in a box; the file is damaged, run again")
         if block.columns != TRACK_COLUMNS:
             raise ArchiveError(f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected "
                                f"{' '.join(TRACK_COLUMNS)}; correct the dump command of the deck")  # fmt: skip
@@ -302,10 +311,7 @@ def read_series(path: PathLike) -> dict[str, Floats]:
         raise ArchiveError(f"{path}, line 1: found '{title.strip()[:60]}', expected '# step time ... stage ...'; "
                            "correct the fix print command of the deck")  # fmt: skip
     rows = [(number, line) for number, line in enumerate(lines[1:], 2) if line != lines[0]]
-    try:
-        table = np.loadtxt([line for _, line in rows], comments=None, ndmin=2) if rows else np.empty((0, len(names)))
-    except ValueError:
-        table = np.empty((0, 0))
+    table = _table([line for _, line in rows]) if rows else np.empty((0, len(names)))
     back = np.flatnonzero(np.diff(table[:, 0]) < 0) + 1 if table.shape == (len(rows), len(names)) else [None]
     if len(back):
         bad = (n for n, line in rows if not _numeric(line, len(names), finite=False))

@@ -74,7 +74,11 @@ def _columns(block: Block, renamed: Mapping[str, str]) -> dict[str, Floats]:
 
 def _frame(block: Block, table: Block | None, renamed: Mapping[str, str], grains: PathLike, contacts: PathLike | None) -> Frame:
     known = _columns(block, renamed)
-    if "id" not in known or not {"x", "xu"} & set(known) or not {"diameter", "radius"} & set(known):
+    if (
+        "id" not in known
+        or not any(set(pair) <= set(known) for pair in GRAINS["position"])
+        or not {"diameter", "radius"} & set(known)
+    ):
         raise ArchiveError(
             f"{grains}, line {block.line}: columns are {' '.join(block.columns)}; needed are id, x y (or xu yu), and "
             "diameter or radius; add them to the dump command, or name them with --columns NAME=COLUMN"

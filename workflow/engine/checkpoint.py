@@ -91,7 +91,7 @@ def _fits(path: Path) -> bool | None:
         if entry["step"] != step_of(path):
             return None
         return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 

@@ -35,7 +35,7 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
-        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
+        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason, "sizes": dump_sizes(directory),
     }  # fmt: skip
     if not isinstance(scene, Heap):
         provenance["relaxation"] = scene.relaxation
@@ -48,6 +48,12 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     measures = measures_of(directory)
     directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
     return measures
+
+
+def dump_sizes(directory: RunDirectory) -> dict[str, int]:
+    """Bytes of what the engine wrote, from which the archive is made."""
+    names = ("grains.dump", "contacts.dump", TRACKS, "series.txt")
+    return {name: (directory / name).stat().st_size for name in names if (directory / name).is_file()}
 
 
 def stored_measures(directory: RunDirectory) -> dict[str, Any]:

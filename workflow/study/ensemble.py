@@ -58,7 +58,7 @@ class Point:
         """The point of an entry of points.json.  Raises ValueError, KeyError or TypeError if it is none."""
         values, digest, grains = entry["values"], entry["digest"], entry["grains"]
         # the digest names a directory, so it must be one word of digits
-        fine = isinstance(values, dict) and isinstance(digest, str) and isinstance(grains, int) and grains >= 0
+        fine = isinstance(values, dict) and isinstance(digest, str) and isinstance(grains, int) and 0 < grains < 10**12
         if not fine or not re.fullmatch("[0-9a-f]{64}", digest) or not isinstance(values.get("scene"), str):
             raise ValueError(f"{reprlib.repr(entry)} is no point")
         return cls(values, digest, grains)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Sequence
@@ -20,31 +21,31 @@ from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.heap import heap_measures
 from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
-from workflow.errors import ArchiveError
+from workflow.errors import ArchiveError, InputError
 from workflow.scene.heap import Heap
 from workflow.scene.parts import Law
 from workflow.scene.presets import Packed
 
-MEASURES = "measures.json"
+MEASURES, CHECKSUM = "measures.json", "checksum"
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
     """Write the archive and the measures of the last frame from what the engine wrote."""
     write(directory)
     measures = measures_of(directory)
-    directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
+    directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
     return measures
 
 
 def write(directory: RunDirectory) -> None:
     """Write the archive, one frame in memory at a time."""
-    series = directory.series() or {}
+    series: dict[str, Any] = directory.series() or {}
     state, scene = directory.state, directory.scene
     provenance = {
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
-        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
+        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason, "sizes": dump_sizes(directory),
     }  # fmt: skip
     if not isinstance(scene, Heap):
         provenance["relaxation"] = scene.relaxation
@@ -54,6 +55,27 @@ def write(directory: RunDirectory) -> None:
     )
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
     write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
+
+
+def dump_sizes(directory: RunDirectory) -> dict[str, int]:
+    """Bytes of what the engine wrote, from which the archive is made."""
+    names = ("grains.dump", "contacts.dump", TRACKS, "series.txt")
+    return {name: (directory / name).stat().st_size for name in names if (directory / name).is_file()}
+
+
+def stored_measures(directory: RunDirectory) -> dict[str, Any]:
+    """The measures of the last frame: those in measures.json if its checksum is right, else measured anew."""
+    try:
+        known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+        if isinstance(known, dict) and known.pop(CHECKSUM, None) == _checksum(known):
+            return known
+    except (OSError, ValueError, RecursionError):
+        pass
+    return measures_of(directory)
+
+
+def _checksum(measures: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(measures).encode()).hexdigest()
 
 
 def _require_space(directory: RunDirectory) -> None:
@@ -76,9 +98,17 @@ def measures_of(
     ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
     many grains; ``options``: fields of its `Constants`.
     """
-    scene, series = directory.scene, directory.series() or {}
+    scene = directory.scene
+    series: dict[str, Any] = directory.series() or {}
     result = directory.result()
+    unknown = sorted(set(series["stage"].tolist()) - set(scene.stages)) if series else []
+    if unknown:
+        raise ArchiveError(f"series.txt in '{directory.path}' has a stage {unknown[0]:g}, which {scene.name} has not; the file "
+                           "is damaged, run again")  # fmt: skip
     if isinstance(scene, Heap):
+        if groups is not None and list(groups) != ["none"]:
+            raise InputError(f"'{directory.path}' is a heap, which has measures of its own; the groups are of packings: "
+                             "leave --only out")  # fmt: skip
         return heap_measures(directory, scene, frame)
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)

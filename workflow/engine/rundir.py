@@ -12,6 +12,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
+import reprlib
 import shlex
 import sys
 import time
@@ -31,6 +32,21 @@ from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 ARCHIVE, TRACKS = "run.h5", "tracks.dump"
 LOCK_PATIENCE = 3.0  # seconds for the engine of a killed wf to end
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
+# entries of run.json: their types, and whether they must be there
+NOTHING = type(None)
+ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
+    "status": ((str,), True), "scene": ((str,), True), "digest": ((str,), True), "versions": ((dict,), True),
+    "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False),
+    "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
+    "seconds": ((int, float, NOTHING), False), "result": ((dict,), False),
+}  # fmt: skip
+
+
+class Series(dict[str, Any]):
+    """A time series, name -> (rows,); ArchiveError for a column that the deck should have written."""
+
+    def __missing__(self, name: str) -> Any:
+        raise ArchiveError(f"series.txt has no column '{name}'; the file is damaged, or of another deck: run again")
 
 
 @dataclass(frozen=True)
@@ -98,12 +114,13 @@ class RunDirectory:
         """The record in run.json."""
         try:
             state = json.loads((self / "run.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError) as fault:
+        except (OSError, ValueError, RecursionError) as fault:
             raise ArchiveError(
                 f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again"
             ) from fault
-        if not isinstance(state, dict) or not {"status", "scene", "digest", "versions"} <= set(state):
-            raise ArchiveError(f"'{self / 'run.json'}' holds no record; the directory is damaged, run again")
+        wrong = misfit(state)
+        if wrong:
+            raise ArchiveError(f"'{self / 'run.json'}' holds no record ({wrong}); the directory is damaged, run again")
         return state
 
     def record(self, **changes: Any) -> None:
@@ -116,11 +133,11 @@ class RunDirectory:
         """The scene of scene.toml."""
         return scene_from(read_toml(self / "scene.toml"))
 
-    def series(self) -> dict[str, Any] | None:
+    def series(self) -> Series | None:
         """The time series so far, None before its first row."""
         if not (self / "series.txt").is_file():
             return None
-        series = read_series(self / "series.txt")
+        series = Series(read_series(self / "series.txt"))
         return series if len(series["step"]) else None
 
     @contextmanager
@@ -160,6 +177,28 @@ class RunDirectory:
             return {name: float(value) for name, value in zip(words[::2], words[1::2], strict=True)}
         except ValueError:  # the line was cut off
             return {}
+
+
+def misfit(state: Any) -> str | None:
+    """What is wrong with the record of a run, None if nothing is."""
+    if not isinstance(state, dict):
+        return f"found {reprlib.repr(state)}"
+    for name, (kinds, needed) in ENTRIES.items():
+        if name not in state:
+            if needed:
+                return f"{name} is missing"
+        elif not isinstance(state[name], kinds) or isinstance(state[name], bool):
+            return f"{name} = {reprlib.repr(state[name])}"
+    for name in ("versions", "hashes"):
+        if not all(isinstance(value, str) for value in state.get(name, {}).values()):
+            return f"{name} = {reprlib.repr(state[name])}"
+    if state["status"] not in (FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED):
+        return f"status = {reprlib.repr(state['status'])}"
+    if not 1 <= state.get("ranks", 1) <= 10**6:
+        return f"ranks = {reprlib.repr(state['ranks'])}"
+    if not 0.0 <= (state.get("seconds") or 0.0) < 1e12:
+        return f"seconds = {reprlib.repr(state['seconds'])}"
+    return None
 
 
 def default_directory(scene: Scene) -> Path:

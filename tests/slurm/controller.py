@@ -113,12 +113,12 @@ class Slurm:
         """The node and everything on it vanish; the controller is told, rather than left to find out in minutes."""
         self.processes["slurmd"].kill()
         self.processes["slurmd"].wait()
-        for pid in self._on_node():
+        for pid in self.on_node():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         self.run("scontrol", "update", f"NodeName={self.host}", "State=DOWN", "Reason=power")
 
-    def _on_node(self) -> list[int]:
+    def on_node(self) -> list[int]:
         """Job steps, and what runs in them."""
         found = []
         for path in Path("/proc").glob("[0-9]*"):
@@ -159,7 +159,7 @@ class Slurm:
             except subprocess.TimeoutExpired:
                 self.processes[name].kill()
                 self.processes[name].wait()
-        for pid in self._on_node():
+        for pid in self.on_node():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
 

@@ -142,8 +142,8 @@ class RunDirectory:
     def locked(self) -> bool:
         """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
         try:
-            with open(self / ".lock", "a") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with open(self / ".lock") as file:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except FileNotFoundError:
             return False
         except OSError:

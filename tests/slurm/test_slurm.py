@@ -36,6 +36,16 @@ def slurm() -> Iterator[Slurm]:
     shutil.rmtree(folder)
 
 
+@pytest.fixture(autouse=True)
+def account(slurm: Slurm, tmp_path: Path) -> Iterator[None]:
+    """What was said, for a test that fails; and no job of a test is left to the next."""
+    yield
+    print(slurm.jobs())
+    for path in sorted(tmp_path.rglob("*.out")):
+        print(path.name, path.read_text())
+    slurm.run("scancel", "--user", "root")
+
+
 @pytest.fixture
 def wf(slurm: Slurm, tmp_path: Path) -> Wf:
     """`wf WORDS` of a user of this Slurm."""

@@ -138,7 +138,6 @@ void FixDiscFeed::pre_exchange()
   // local indices change: the contact memory goes to the grains first
   if (auto *history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID)))
     history->pre_exchange();
-  remove_gone();
   // new atoms take the places of ghosts, which come anew with the exchange that follows
   atom->map_clear();
   atom->nghost = 0;
@@ -146,6 +145,7 @@ void FixDiscFeed::pre_exchange()
   for (size_t k = 0; k < ready; k++)
     insert(grains[poured + k]);
   ready = 0;
+  remove_gone();    // last: an insertion counts the atoms of all ranks anew, those that leave included
 }
 
 /* An atom outside a box that is not periodic belongs to nobody after the exchange of atoms that follows. */

@@ -69,8 +69,16 @@ def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], runn
 
 @pytest.mark.parametrize("stage", range(1, 7))
 def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    resume_after_last_checkpoint(stage, whole[0], tmp_path, wf)
+
+
+def test_heap_resumes_from_its_last_checkpoint(poured: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    resume_after_last_checkpoint(1, poured[0], tmp_path, wf)
+
+
+def resume_after_last_checkpoint(stage: int, whole: Path, tmp_path: Path, wf: Wf) -> None:
     """As if killed right after the last checkpoint of the stage, which may be written at the very step that ends it."""
-    run = Path(shutil.copytree(whole[0], tmp_path / "copy"))
+    run = Path(shutil.copytree(whole, tmp_path / "copy"))
     last = max(run.glob(f"checkpoint.{stage}.[ab]"), key=lambda path: step_of(path) or 0)
     for path in run.glob("checkpoint.*"):
         if not path.name.startswith(last.name):
@@ -79,7 +87,7 @@ def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path:
     done = wf("resume", "copy")
     assert done.returncode == 0, done.stderr
     assert f"continuing from {last.name}" in done.stderr
-    assert_same(run, whole[0])
+    assert_same(run, whole)
 
 
 def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start, wf: Wf) -> None:

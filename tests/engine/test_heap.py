@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import filecmp
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from workflow.analysis.frame import Frame
 from workflow.analysis.heap import Ground, base_forces, in_heap
 from workflow.archive.dumps import read_frames, read_series, read_tracks
-from workflow.deck.render import DATA, data_file, fill, render, templates
+from workflow.deck.render import DATA, data_file, fill, render, templates, whole
 from workflow.engine.environment import engine
 from workflow.scene.heap import FLOOR, Heap
 
@@ -23,7 +24,7 @@ SMALL = {"grains": 30, "drop_height": 15.0, "frame_interval": 0.0, "hold": 0.5}
 
 def prepare(folder: Path, scene: Heap, **changed: Any) -> Path:
     folder.mkdir()
-    template = (templates() / "heap.in").read_text()
+    template = whole(templates() / "heap.in")
     (folder / "deck.in").write_text(fill(template, {**scene.variables(), "data": DATA, **changed}))
     (folder / DATA).write_text(data_file(scene.discs()))
     for name, text in scene.files().items():
@@ -136,6 +137,23 @@ def test_grains_that_leave_the_base_are_counted(tmp_path: Path) -> None:
     assert gone >= 3
     assert frame.grains == len(scene.base_discs()) + 25 - gone
     assert abs(series["residual"][-1]) < 0.005 * series["energy_in"][-1]
+
+
+def test_one_grain_leaves_as_the_next_becomes_an_atom(tmp_path: Path) -> None:
+    """At the same look of the feed, left and right of the base: the engine's number of atoms stays right, or it writes no
+    checkpoint."""
+    scene = Heap(grains=2, drop_height=10.0, base_half_width=3.0, feed_half_width=2.0, frame_interval=0.0, max_time=12.0)
+    values = scene.variables()
+    look, height = values["look_every"] * values["step"], FLOOR + scene.drop_height
+    leaves = math.ceil(math.sqrt(2.0 * (height - 1.0)) / look) * look  # 1 above the lower face
+    second = leaves - 0.5 * look - math.sqrt(2.0 * (height - 1.0 - values["ahead"]))
+    folder = prepare(tmp_path / "both", scene, checkpoint_every=values["look_every"])
+    base, off = len(scene.base_discs()), scene.half_width + 5.0
+    falls = [(base + 1, 0.0, scene.middle - off), (base + 2, second, scene.middle + off)]
+    (folder / "feed.txt").write_text("".join(f"{tag} {time!r} {x!r} 1\n" for tag, time, x in falls))
+    series = read_series(run(folder) / "series.txt")
+    assert series["poured"][-1] == series["removed"][-1] == 2
+    assert last(folder).grains == base
 
 
 def test_no_heap_on_a_flat_floor(tmp_path: Path) -> None:

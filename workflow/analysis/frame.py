@@ -8,15 +8,18 @@ a, force F0 or a P).  Sign convention (G07 sec. II B): the unit normal n points 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workflow.errors import InputError
+from workflow.errors import ArchiveError, InputError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+LARGEST = 1e30  # no number of a frame is larger: its powers stay finite, and it fits float32
 
 
 @dataclass(frozen=True)
@@ -131,3 +134,31 @@ class Tracks:
     time: Floats
     ids: Ints
     position: Floats
+
+
+def sound(frame: Frame, where: str) -> Frame:
+    """``frame`` itself, if every number in it can be one of a packing.
+
+    Finite numbers below LARGEST; cell lengths, diameters and masses above 0; ids above 0 and increasing; pairs of two
+    different grains with distinct centres.  Raises ArchiveError that begins with ``where`` and names the quantity: readers
+    of files end here, so that measures need not doubt their input.
+    """
+
+    def demand(fine: Any, what: str) -> None:
+        if not np.all(fine):
+            raise ArchiveError(f"{where}: {what}; the file is damaged, or no packing: restore it or run again")
+
+    count = frame.grains
+    for owner, name in [(frame, f.name) for f in fields(Frame)] + [(frame.contacts, f.name) for f in fields(Contacts)]:
+        value = getattr(owner, name)
+        if isinstance(value, (float, np.ndarray)) and np.asarray(value).dtype.kind == "f":
+            demand(np.abs(value) < LARGEST, f"{name} holds a value that is not finite")
+    for name in ("diameter", "mass", "position", "velocity", "spin", "force", "torque"):
+        demand(len(getattr(frame, name)) == count, f"{name} has not one value per grain")
+    for name in ("cell", "diameter", "mass"):
+        demand(getattr(frame, name) > 0.0, f"{name} is not above 0")
+    demand(frame.ids[:1] > 0, "grain ids are not above 0")
+    demand(np.diff(frame.ids) > 0, "grain ids do not increase")
+    demand(frame.contacts.i != frame.contacts.j, "a grain touches itself")
+    demand(frame.contacts.distance > 0.0, "two grains in contact have one centre")
+    return frame

@@ -15,12 +15,16 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints, Tracks
+from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
 from workflow.errors import ArchiveError
 
 PathLike = str | os.PathLike[str]
 
+CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
+TRACK_COLUMNS = ("id", "x", "y")
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
+ROWS = 65536  # lines of a table that are in memory as text at one time
+MOST_DIGITS = 18  # of a whole number that fits 64 bits
 CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
 
 
@@ -69,23 +73,22 @@ class _Lines:
 
     def numbers(self, rows: int, columns: int, what: str) -> Floats:
         """``rows`` lines of ``columns`` finite numbers each."""
-        first = self.number + 1
-        lines = self.take(rows)
-        if not rows:
-            return np.empty((0, columns))
-        try:
-            table = np.loadtxt(lines, comments=None, ndmin=2)
-        except (ValueError, UnicodeDecodeError):
-            table = np.empty((0, 0))
-        if table.shape == (rows, columns) and np.isfinite(table).all():
-            return table
-        self.number = first + next((k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True)), 0)
-        raise self.fault(f"expected {columns} finite numbers per line ({what})")
+        table = np.empty((rows, columns))
+        for done in range(0, rows, ROWS):
+            first = self.number + 1
+            lines = self.take(min(ROWS, rows - done))
+            part = _table(lines)
+            if part.shape != (len(lines), columns) or not np.isfinite(part).all():
+                bad = (k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True))
+                self.number = first + next(bad, 0)
+                raise self.fault(f"expected {columns} finite numbers per line ({what})")
+            table[done : done + len(lines)] = part
+        return table
 
     def integer(self, what: str) -> int:
-        """A line with one integer >= 0; int() rather than float64 so that a step beyond 2**53 stays exact."""
+        """A line with one integer >= 0 of 64 bits; int() rather than float64 so that a step beyond 2**53 stays exact."""
         line = self.take(1)[0]
-        if not line.strip().isdigit():
+        if not line.strip().isdigit() or len(line.strip()) > MOST_DIGITS:
             raise self.fault(f"found '{line.decode('ascii', 'replace').strip()[:60]}', expected one integer ({what})")
         return int(line)
 
@@ -94,6 +97,16 @@ class _Lines:
             f"{self.path}, line {self.number}: {message}; the file is damaged or is no LAMMPS dump of this package; "
             "restore it or run again"
         )
+
+
+def _table(lines: list[bytes]) -> Floats:
+    """Lines of numbers as a table, an empty one if they are none."""
+    if not lines[0].strip():  # of lines without content NumPy warns
+        return np.empty((0, 0))
+    try:
+        return np.loadtxt(lines, comments=None, ndmin=2)
+    except ValueError:
+        return np.empty((0, 0))
 
 
 def _numeric(line: bytes, columns: int, finite: bool) -> bool:
@@ -196,10 +209,17 @@ def read_frames(
 def read_tracks(path: PathLike) -> Tracks:
     """Positions of a ``dump custom`` with the columns id x y at many times, grains that come and go included."""
     blocks = list(read_blocks(path, "ATOMS"))
-    ids = np.unique(np.concatenate([block.table[:, 0] for block in blocks] or [np.empty(0)])).astype(np.int64)
+    for block in blocks:
+        if not (np.abs(block.table) < LARGEST).all():
+            raise ArchiveError(f"{path}, step {block.step}: a position is no place in a box; the file is damaged, run again")
+        if block.columns != TRACK_COLUMNS:
+            raise ArchiveError(f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected "
+                               f"{' '.join(TRACK_COLUMNS)}; correct the dump command of the deck")  # fmt: skip
+    named = [whole(block.table[:, 0], f"{path}, step {block.step}: grain id") for block in blocks]
+    ids = np.unique(np.concatenate(named or [np.empty(0, dtype=np.int64)]))
     position = np.full((len(blocks), len(ids), 2), np.nan)
     for k, block in enumerate(blocks):
-        position[k, np.searchsorted(ids, block.table[:, 0].astype(np.int64))] = block.table[:, 1:3]
+        position[k, np.searchsorted(ids, named[k])] = block.table[:, 1:3]
     return Tracks(np.array([block.time for block in blocks]), ids, position)
 
 
@@ -226,20 +246,21 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
     def pick(*names: str) -> Floats:
         return np.ascontiguousarray(rows[:, [place[name] for name in names]].squeeze(-1 if len(names) == 1 else ()))
 
-    ids = pick("id").astype(np.int64)
+    ids = whole(pick("id"), f"{grains}, line {block.line}: grain id")
     if len(ids) > 1 and (np.diff(ids) <= 0).any():
         twice = int(ids[1:][np.diff(ids) <= 0][0])
         raise ArchiveError(
             f"{grains}, line {block.line}: grain id {twice} occurs twice at step {block.step}; "
             "each grain has one row; the file is damaged, run again"
         )
-    return Frame(
+    frame = Frame(
         step=block.step, time=block.time, stage=stage,
         origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],
         ids=ids, diameter=pick("diameter"), mass=pick("mass"), position=pick("x", "y"), velocity=pick("vx", "vy"),
         spin=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
         contacts=_contacts(table, ids, contacts), periodic=block.periodic,
     )  # fmt: skip
+    return sound(frame, f"{grains}, line {block.line}")
 
 
 def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
@@ -253,9 +274,18 @@ def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
     table[swap, :2] = table[swap, 1::-1]
     table[np.ix_(swap, (3, 4, 10, 12))] *= -1.0
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
-    i, j = (rows_of(table[:, c].astype(np.int64), ids, f"{path}, step {block.step}") for c in (0, 1))
+    where = f"{path}, step {block.step}"
+    i, j = (rows_of(whole(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))
     columns = np.ascontiguousarray(table[:, 5:].T)
     return Contacts(i, j, table[:, 3:5].copy(), *columns[:8], *(columns[8:] != 0))
+
+
+def whole(values: Floats, what: str) -> Ints:
+    """``values`` as whole numbers; ArchiveError (named by ``what``) if one is none."""
+    fine = (np.abs(values) < 2.0**53) & (values == np.floor(values))
+    if not fine.all():
+        raise ArchiveError(f"{what} {values[~fine][0]:g} is no whole number; the file is damaged, restore it or run again")
+    return values.astype(np.int64)
 
 
 def rows_of(wanted: Ints, ids: Ints, where: str) -> Ints:
@@ -279,20 +309,23 @@ def read_series(path: PathLike) -> dict[str, Floats]:
         lines = [line for line in file if line.endswith(b"\n")]
     title = lines[0].decode("ascii", "replace") if lines else ""
     names = title.lstrip("# ").split()
-    if not title.startswith("#") or names[:2] != ["step", "time"] or "stage" not in names:
+    if not title.startswith("#") or names[:2] != ["step", "time"] or "stage" not in names or len(set(names)) < len(names):
         raise ArchiveError(f"{path}, line 1: found '{title.strip()[:60]}', expected '# step time ... stage ...'; "
                            "correct the fix print command of the deck")  # fmt: skip
     rows = [(number, line) for number, line in enumerate(lines[1:], 2) if line != lines[0]]
-    try:
-        table = np.loadtxt([line for _, line in rows], comments=None, ndmin=2) if rows else np.empty((0, len(names)))
-    except ValueError:
-        table = np.empty((0, 0))
+    table = _table([line for _, line in rows]) if rows else np.empty((0, len(names)))
     back = np.flatnonzero(np.diff(table[:, 0]) < 0) + 1 if table.shape == (len(rows), len(names)) else [None]
     if len(back):
         bad = (n for n, line in rows if not _numeric(line, len(names), finite=False))
         number = next(bad, 2) if back[0] is None else rows[back[0]][0]
         raise ArchiveError(f"{path}, line {number}: expected {len(names)} numbers ({' '.join(names)}) and "
                            "increasing steps; the file is damaged; restore it or run again")  # fmt: skip
+    for name in CLOCK:
+        column = table[:, names.index(name)]
+        if not np.isfinite(column).all():
+            raise ArchiveError(f"{path}: '{name}' is not a number in every row; the file is damaged; restore it or run again")
+    for name in ("step", "stage"):
+        whole(table[:, names.index(name)], f"{path}: {name}")
     new = np.diff(table[:, 0], prepend=-1.0) > 0  # a stage that ends on a row repeats it as the first of the next
     return {name: table[new, k] for k, name in enumerate(names)}
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workflow.analysis.build import make_frame
-from workflow.analysis.frame import Floats, Frame
-from workflow.archive.dumps import CONTACT_COLUMNS, Block, PathLike, read_blocks, rows_of
+from workflow.analysis.frame import Floats, Frame, sound
+from workflow.archive.dumps import CONTACT_COLUMNS, Block, PathLike, read_blocks, rows_of, whole
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:
@@ -74,14 +74,18 @@ def _columns(block: Block, renamed: Mapping[str, str]) -> dict[str, Floats]:
 
 def _frame(block: Block, table: Block | None, renamed: Mapping[str, str], grains: PathLike, contacts: PathLike | None) -> Frame:
     known = _columns(block, renamed)
-    if "id" not in known or not {"x", "xu"} & set(known) or not {"diameter", "radius"} & set(known):
+    if (
+        "id" not in known
+        or not any(set(pair) <= set(known) for pair in GRAINS["position"])
+        or not {"diameter", "radius"} & set(known)
+    ):
         raise ArchiveError(
             f"{grains}, line {block.line}: columns are {' '.join(block.columns)}; needed are id, x y (or xu yu), and "
             "diameter or radius; add them to the dump command, or name them with --columns NAME=COLUMN"
         )
     order = np.argsort(known["id"], kind="stable")
     known = {name: column[order] for name, column in known.items()}
-    ids = known["id"].astype(np.int64)
+    ids = whole(known["id"], f"{grains}, line {block.line}: grain id")
     if (np.diff(ids) <= 0).any():
         raise ArchiveError(f"{grains}, line {block.line}: grain id {ids[1:][np.diff(ids) <= 0][0]} occurs twice at step "
                            f"{block.step}; write each grain once")  # fmt: skip
@@ -95,10 +99,11 @@ def _frame(block: Block, table: Block | None, renamed: Mapping[str, str], grains
     pairs = None if table is None else _pairs(table, renamed, ids, f"{contacts}, line {table.line}")
     if pairs is not None and "force" in pairs:
         _split(pairs, values["position"], cell)
-    return make_frame(
+    frame = make_frame(
         values.pop("position"), diameter, cell, pairs, origin=origin, step=block.step, ids=ids,
         time=0.0 if np.isnan(block.time) else block.time, **values,
     )  # fmt: skip
+    return sound(frame, f"{grains}, line {block.line}")
 
 
 def _pairs(table: Block, renamed: Mapping[str, str], ids: Any, where: str) -> dict[str, Any]:
@@ -114,7 +119,7 @@ def _pairs(table: Block, renamed: Mapping[str, str], ids: Any, where: str) -> di
     known |= {name: sign * known[name] for name in (*ODD, "fx", "fy", "tx", "ty") if name in known}
     known["id_i"], known["id_j"] = np.minimum(known["id_i"], known["id_j"]), np.maximum(known["id_i"], known["id_j"])
     pairs: dict[str, Any] = {
-        name: rows_of(known[column].astype(np.int64), ids, where) for name, column in (("i", "id_i"), ("j", "id_j"))
+        name: rows_of(whole(known[column], f"{where}: grain id"), ids, where) for name, column in (("i", "id_i"), ("j", "id_j"))
     }
     for field, names in PAIRS.items():
         if set(names) <= set(known):
@@ -132,7 +137,8 @@ def _split(pairs: dict[str, Any], position: Floats, cell: Floats) -> None:
     if branch is None:
         branch = position[pairs["j"]] - position[pairs["i"]]
         branch = branch - cell * np.round(branch / cell)
-    n = branch / np.hypot(*branch.T)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):  # two grains at one place: `make_frame` refuses what comes out
+        n = branch / np.hypot(*branch.T)[:, None]
     pairs["normal"] = (force * n).sum(axis=1)
     pairs["tangential"] = force[:, 1] * n[:, 0] - force[:, 0] * n[:, 1]
 

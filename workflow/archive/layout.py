@@ -1,5 +1,9 @@
 """Where things are in a run's HDF5 file (H5MD 1.1 with the contact tables, stage names and provenance beside it)."""
 
+from dataclasses import fields
+
+from workflow.analysis.frame import Contacts
+
 GRAINS = "particles/grains"
 
 # Time-dependent per-grain data: name in the file -> field of Frame.  The first three have a zero third component,
@@ -23,15 +27,22 @@ PROVENANCE = "provenance"
 SERIES = "observables"
 SHORT_SERIES = "series"
 
-REQUIRED = (
-    "h5md",
-    *(f"{GRAINS}/{name}/value" for name in (*VECTORS, *SCALARS)),
-    *(f"{GRAINS}/{name}" for name in CONSTANTS),
-    f"{GRAINS}/position/step",
-    f"{GRAINS}/position/time",
-    f"{GRAINS}/box/edges/value",
-    f"{GRAINS}/box/origin/value",
-    OFFSET,
-    STAGE,
-    PROVENANCE,
-)
+# What must be there: path -> (kinds of NumPy type, shape).  F frames, G grains, M contacts of all frames; numbers as they are.
+REQUIRED: dict[str, tuple[str, tuple[str | int, ...]]] = {
+    STAGE: ("SO", ("F",)),
+    f"{GRAINS}/position/step": ("iu", ("F",)),
+    f"{GRAINS}/position/time": ("f", ("F",)),
+    f"{GRAINS}/box/edges/value": ("f", ("F", 3)),
+    f"{GRAINS}/box/origin/value": ("f", ("F", 2)),
+    **{f"{GRAINS}/{name}": ("iu" if name == "id" else "f", ("G",)) for name in CONSTANTS},
+    **{f"{GRAINS}/{name}/value": ("f", ("F", "G", 3)) for name in VECTORS},
+    **{f"{GRAINS}/{name}/value": ("f", ("F", "G")) for name in SCALARS},
+    OFFSET: ("iu", ("F+1",)),
+    **{
+        f"{CONTACTS}/{field.name}": (
+            {"i": "iu", "j": "iu", "sliding": "b", "rolling": "b"}.get(field.name, "f"),
+            ("M", 2) if field.name == "branch" else ("M",),
+        )
+        for field in fields(Contacts)
+    },
+}

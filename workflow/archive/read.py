@@ -6,6 +6,7 @@ import json
 import operator
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from functools import cached_property
 from types import TracebackType
@@ -14,21 +15,24 @@ from typing import TYPE_CHECKING, Any, overload
 import h5py
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Tracks
+from workflow.analysis.frame import Contacts, Floats, Frame, Tracks, sound
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
-from workflow.errors import ArchiveError, EnvironmentFault, InputError
+from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:
     import MDAnalysis
 
 PathLike = str | os.PathLike[str]
+# what h5py raises, and NumPy on what it returns, when a file is damaged or is not what it claims to be
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError, MemoryError)
 
 
 class Archive:
     """One run's file, open for reading; a context manager.
 
-    Raises ArchiveError if the file is absent, no HDF5, or lacks a part; InputError for a frame that does not exist.
+    Raises ArchiveError if the file is absent, no HDF5, lacks a part, or is damaged: HDF5 keeps checksums of all that
+    `write_archive` writes, so a changed bit is an error, never another number.  InputError for a frame that does not exist.
     """
 
     def __init__(self, path: PathLike) -> None:
@@ -38,13 +42,50 @@ class Archive:
         except OSError as error:
             reason = error.strerror or "it is not an HDF5 file, or it is cut off"
             raise ArchiveError(f"cannot open archive '{path}': {reason}; give the archive of a finished run") from None
-        missing = [name for name in layout.REQUIRED if name not in self._file]
-        if missing:
+        try:
+            with self._reading("layout"):
+                misfit = self._misfit()
+            if misfit:
+                raise ArchiveError(
+                    f"archive '{path}': {misfit}; expected the layout of workflow.archive.layout; delete it, and "
+                    "'wf measure' of its run directory writes it again"
+                )
+        except ArchiveError:
             self.close()
+            raise
+
+    @contextmanager
+    def _reading(self, what: str) -> Iterator[None]:
+        """Whatever goes wrong within is an ArchiveError that names ``what``."""
+        try:
+            yield
+        except WorkflowError:
+            raise
+        except DAMAGE as fault:
+            words = str(fault).splitlines()[0] if str(fault) else type(fault).__name__
             raise ArchiveError(
-                f"archive '{path}': '{missing[0]}' is missing; expected the layout of workflow.archive.layout; "
-                "write the archive again from the run directory"
-            )
+                f"archive '{self.path}', {what}: {words}; the file is damaged: delete it, and 'wf measure' of its run "
+                "directory writes it again"
+            ) from None
+
+    def _misfit(self) -> str | None:
+        """What is not as the layout says, None if all is."""
+        for name in ("h5md", layout.PROVENANCE):
+            if name not in self._file:
+                return f"'{name}' is missing"
+        sizes: dict[str | int, int] = {}
+        for name, (kinds, shape) in layout.REQUIRED.items():
+            found = self._file.get(name)
+            if not isinstance(found, h5py.Dataset):
+                return f"'{name}' is missing"
+            if found.dtype.kind not in kinds or found.ndim != len(shape):
+                return f"'{name}' holds {found.dtype} of {found.ndim} dimensions"
+            for length, wanted in zip(found.shape, shape, strict=True):
+                if wanted == "F+1":
+                    length, wanted = length - 1, "F"
+                if length != (wanted if isinstance(wanted, int) else sizes.setdefault(wanted, length)):
+                    return f"'{name}' has the shape {found.shape}, which does not fit the others"
+        return None
 
     def __enter__(self) -> Archive:
         return self
@@ -67,35 +108,41 @@ class Archive:
     @cached_property
     def stages(self) -> tuple[str, ...]:
         """Stage name of every frame."""
-        return tuple(self._file[layout.STAGE].asstr()[:])
+        with self._reading("stages"):
+            return tuple(self._file[layout.STAGE].asstr()[:])
 
     @cached_property
     def series(self) -> dict[str, Floats]:
         """Time series, name -> (rows,) float64, beginning with ``step`` and ``time``; empty if none was written."""
-        group = self._file.get(layout.SERIES, self._file.get(layout.SHORT_SERIES))
-        if group is None:
-            return {}
-        first = next(iter(group.values()))
-        clock = {name: first[name][:].astype(np.float64) for name in ("step", "time")}
-        return clock | {name: element["value"][:] for name, element in group.items()}
+        with self._reading("time series"):
+            group = self._file.get(layout.SERIES, self._file.get(layout.SHORT_SERIES))
+            if group is None:
+                return {}
+            first = next(iter(group.values()))
+            clock = {name: first[name][:].astype(np.float64) for name in ("step", "time")}
+            series = clock | {name: element["value"][:].astype(np.float64) for name, element in group.items()}
+            for name, values in series.items():
+                if values.shape != clock["step"].shape or values.ndim != 1:
+                    raise ValueError(f"'{name}' has the shape {values.shape}, 'step' {clock['step'].shape}")
+            return series
 
     @cached_property
     def provenance(self) -> dict[str, Any]:
         """What `write_archive` was given: parameters, seeds, versions, hashes."""
-        try:
-            return json.loads(self._file[layout.PROVENANCE].asstr()[()])
-        except (ValueError, TypeError) as error:
-            raise ArchiveError(f"archive '{self.path}': 'provenance' is no JSON ({error}); write it again") from None
+        with self._reading("provenance"):
+            text = np.ravel(self._file[layout.PROVENANCE].asstr()[()])[0]
+            found = json.loads(text)
+            if not isinstance(found, dict):
+                raise ValueError(f"found {text[:40]!r}, expected names and values")
+            return found
 
     def frame(self, index: int) -> Frame:
         """Frame ``index``; negative counts from the end."""
         count = len(self)
         if not -count <= index < count:
             raise InputError(f"frame {index} does not exist in '{self.path}'; allowed: {-count} to {count - 1}")
-        try:
-            return self._frame(index % count)
-        except OSError as error:
-            raise ArchiveError(f"archive '{self.path}', frame {index}: {error}; the file is damaged") from None
+        with self._reading(f"frame {index}"):
+            return sound(self._frame(index % count), f"archive '{self.path}', frame {index}")
 
     def _frame(self, k: int) -> Frame:
         group = self._file[layout.GRAINS]
@@ -116,20 +163,26 @@ class Archive:
 
     @cached_property
     def _periodic(self) -> tuple[bool, bool]:
-        x, y = (face == b"periodic" for face in self._file[f"{layout.GRAINS}/box"].attrs["boundary"][:2])
-        return bool(x), bool(y)
+        x, y, *_ = (bool(face == b"periodic") for face in self._file[f"{layout.GRAINS}/box"].attrs["boundary"])
+        return x, y
 
     @cached_property
     def tracks(self) -> Tracks | None:
         """Positions at short intervals, if the run recorded them."""
-        group = self._file.get(layout.TRACKS)
-        if group is None:
-            return None
-        return Tracks(group["time"][:], group["id"][:], group["position"][:].astype(np.float64))
+        with self._reading("tracks"):
+            group = self._file.get(layout.TRACKS)
+            if group is None:
+                return None
+            time, ids, position = (group[name][:] for name in ("time", "id", "position"))
+            if position.shape != (*time.shape, *ids.shape, 2) or time.ndim != 1 or ids.dtype.kind not in "iu":
+                raise ValueError(f"'position' has the shape {position.shape}, 'time' {time.shape}, 'id' {ids.shape}")
+            return Tracks(time.astype(np.float64), ids, position.astype(np.float64))
 
     def _contacts(self, k: int, ids: np.ndarray) -> Contacts:
         start, stop = self._file[layout.OFFSET][k : k + 2]
         group = self._file[layout.CONTACTS]
+        if not 0 <= start <= stop <= len(group["i"]):
+            raise ValueError(f"rows {start} to {stop} of the contact table do not exist")
         columns = {field.name: group[field.name][start:stop] for field in fields(Contacts)}
         for name in ("i", "j"):
             columns[name] = rows_of(columns[name], ids, f"archive '{self.path}', frame {k}")

@@ -13,7 +13,7 @@ from workflow.errors import WorkflowError
 
 COMMANDS = (
     "run", "resume", "deck", "measure", "plot", "report", "export", "sweep", "reproduce", "status", "verify", "bench",
-    "accuracy", "stability", "doctor",
+    "scale", "crosscheck", "accuracy", "stability", "doctor",
 )  # fmt: skip
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,10 +16,10 @@ from workflow.cli.measure import lines
 from workflow.cli.options import command
 from workflow.cli.sources import add_sources, archived, frame_of, measures_from
 from workflow.cli.status import standing
-from workflow.engine.collect import MEASURES
+from workflow.engine.collect import stored_measures
 from workflow.engine.heap import ground
 from workflow.engine.rundir import ARCHIVE, FINISHED, RunDirectory
-from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.errors import InputError, WorkflowError
 from workflow.scene.heap import Heap
 
 if TYPE_CHECKING:
@@ -112,8 +111,8 @@ def _run(name: str, source: Path, arguments: argparse.Namespace) -> Sheet:
         frame, count, origin = archive.frame(arguments.frame), len(archive), archive.provenance
         last = arguments.frame % count == count - 1
         series = archive.series
-    usual = last and not arguments.window and not arguments.spacing and (directory / MEASURES).is_file()
-    measures = _stored(directory / MEASURES) if usual else measures_from(source, arguments, None)
+    usual = last and not arguments.window and not arguments.spacing
+    measures = stored_measures(directory) if usual else measures_from(source, arguments, None)
     note = f"Frame {arguments.frame % count + 1} of {count}, stage {frame.stage}, t = {frame.time:.6g}, step {frame.step}."
     if state["status"] != FINISHED:
         note = f"The run is {state['status']}: this is how far it came. {note}"
@@ -125,13 +124,6 @@ def _run(name: str, source: Path, arguments: argparse.Namespace) -> Sheet:
         numbers=list(lines(measures)), provenance=_provenance(directory, origin),
         text=(directory / "scene.toml").read_text(encoding="utf-8"),
     )  # fmt: skip
-
-
-def _stored(path: Path) -> dict[str, Any]:
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as fault:
-        raise ArchiveError(f"'{path}' cannot be read ({fault}); delete it, and the run is measured anew") from fault
 
 
 def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tuple[str, str]]:

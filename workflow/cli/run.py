@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import add_scene, command, scene_of
-from workflow.engine.collect import MEASURES
+from workflow.engine.collect import stored_measures
 from workflow.engine.environment import engine
 from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
@@ -84,7 +84,7 @@ def finish(directory: RunDirectory, arguments: argparse.Namespace, *, resume: bo
 
 def show(directory: RunDirectory, *, as_json: bool) -> None:
     """Print the measures of the run."""
-    measures = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+    measures = stored_measures(directory)
     print(json.dumps(measures, indent=1) if as_json else summary(measures, directory))
 
 

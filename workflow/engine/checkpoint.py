@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workflow.archive.drafts import replacing
-from workflow.archive.dumps import read_blocks
+from workflow.archive.dumps import read_blocks, read_series
 
 DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"
@@ -91,7 +91,7 @@ def _fits(path: Path) -> bool | None:
         if entry["step"] != step_of(path):
             return None
         return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
@@ -141,7 +141,10 @@ def step_of(path: Path) -> int | None:
             if flag == _NTIMESTEP:
                 return int(struct.unpack_from("<q", head, at)[0])
             if flag in (_VERSION, _UNITS):
-                at += struct.unpack_from("<i", head, at)[0]
+                (length,) = struct.unpack_from("<i", head, at)
+                if length < 0:
+                    return None
+                at += length
             elif flag not in (_SMALLINT, _IMAGEINT, _TAGINT, _BIGINT):
                 return None
             at += 4
@@ -186,11 +189,13 @@ def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:
     series = folder / "series.txt"
     if not series.is_file():
         return
-    lines = series.read_text(encoding="ascii", errors="replace").splitlines(keepends=True)
+    lines = series.read_text(encoding="ascii", errors="surrogateescape").splitlines(keepends=True)
+    if lines:
+        read_series(series)  # says where it is damaged
     kept = [line for k, line in enumerate(lines) if (k == 0 if line.startswith("#") else keep(line))]
     if kept != lines:
         with replacing(series) as draft:
-            draft.write_text("".join(kept), encoding="ascii")
+            draft.write_text("".join(kept), encoding="ascii", errors="surrogateescape")
 
 
 def _cut_dump(path: Path, kind: str, step: int) -> None:

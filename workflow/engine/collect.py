@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from workflow.analysis.contacts import measure, solid_fraction
 from workflow.analysis.energy import energies
@@ -18,23 +21,31 @@ from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.heap import heap_measures
 from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
-from workflow.errors import ArchiveError
+from workflow.errors import ArchiveError, InputError
 from workflow.scene.heap import Heap
 from workflow.scene.parts import Law
 from workflow.scene.presets import Packed
 
-MEASURES = "measures.json"
+MEASURES, CHECKSUM = "measures.json", "checksum"
 
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
     """Write the archive and the measures of the last frame from what the engine wrote."""
-    series = directory.series() or {}
+    write(directory)
+    measures = measures_of(directory)
+    directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
+    return measures
+
+
+def write(directory: RunDirectory) -> None:
+    """Write the archive, one frame in memory at a time."""
+    series: dict[str, Any] = directory.series() or {}
     state, scene = directory.state, directory.scene
     provenance = {
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
-        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason,
+        "step": scene.step_choice.step, "step_reason": scene.step_choice.reason, "sizes": dump_sizes(directory),
     }  # fmt: skip
     if not isinstance(scene, Heap):
         provenance["relaxation"] = scene.relaxation
@@ -44,9 +55,27 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     )
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
     write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
-    measures = measures_of(directory)
-    directory.write_text(MEASURES, json.dumps(measures, indent=1) + "\n")
-    return measures
+
+
+def dump_sizes(directory: RunDirectory) -> dict[str, int]:
+    """Bytes of what the engine wrote, from which the archive is made."""
+    names = ("grains.dump", "contacts.dump", TRACKS, "series.txt")
+    return {name: (directory / name).stat().st_size for name in names if (directory / name).is_file()}
+
+
+def stored_measures(directory: RunDirectory) -> dict[str, Any]:
+    """The measures of the last frame: those in measures.json if its checksum is right, else measured anew."""
+    try:
+        known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+        if isinstance(known, dict) and known.pop(CHECKSUM, None) == _checksum(known):
+            return known
+    except (OSError, ValueError, RecursionError):
+        pass
+    return measures_of(directory)
+
+
+def _checksum(measures: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(measures).encode()).hexdigest()
 
 
 def _require_space(directory: RunDirectory) -> None:
@@ -69,16 +98,24 @@ def measures_of(
     ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
     many grains; ``options``: fields of its `Constants`.
     """
-    scene, series = directory.scene, directory.series() or {}
+    scene = directory.scene
+    series: dict[str, Any] = directory.series() or {}
     result = directory.result()
+    unknown = sorted(set(series["stage"].tolist()) - set(scene.stages)) if series else []
+    if unknown:
+        raise ArchiveError(f"series.txt in '{directory.path}' has a stage {unknown[0]:g}, which {scene.name} has not; the file "
+                           "is damaged, run again")  # fmt: skip
     if isinstance(scene, Heap):
+        if groups is not None and list(groups) != ["none"]:
+            raise InputError(f"'{directory.path}' is a heap, which has measures of its own; the groups are of packings: "
+                             "leave --only out")  # fmt: skip
         return heap_measures(directory, scene, frame)
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
         ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
         relaxed = {
-            after: _relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
+            after: relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
             for before, after in scene.relaxations
             if {before, after} <= set(ends)
         }
@@ -138,17 +175,19 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _relaxation(before: Frame, after: Frame) -> dict[str, Any]:
+def relaxation(before: Frame, after: Frame) -> dict[str, Any]:
     """What a stage with drag changed, between the last frame before it and its own: the proof that it moved nothing."""
     pairs = [_touching(frame) for frame in (before, after)]
+    common = len(np.intersect1d(pairs[0], pairs[1], assume_unique=True))
     return {
         "time": after.time - before.time,
-        "contacts_opened": len(pairs[0] - pairs[1]),
-        "contacts_closed": len(pairs[1] - pairs[0]),
+        "contacts_opened": len(pairs[0]) - common,
+        "contacts_closed": len(pairs[1]) - common,
         "solid_fraction_change": float((before.area / after.area - 1.0) * solid_fraction(before)),
     }
 
 
-def _touching(frame: Frame) -> set[tuple[int, int]]:
+def _touching(frame: Frame) -> np.ndarray:
+    """The pairs of ids that touch, each as one complex number: pairs that arrays can be searched for."""
     table: Contacts = frame.contacts.select(frame.contacts.touching)
-    return set(zip(frame.ids[table.i].tolist(), frame.ids[table.j].tolist(), strict=True))
+    return frame.ids[table.i] + 1j * frame.ids[table.j]

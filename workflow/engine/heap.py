@@ -17,7 +17,8 @@ def ground(scene: Heap) -> Ground:
 
 def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict[str, Any]:
     """The measures of a frame of the archive."""
-    series, result = directory.series() or {}, directory.result()
+    series: dict[str, Any] = directory.series() or {}
+    result = directory.result()
     with Archive(directory / ARCHIVE) as archive:
         chosen, tracks = archive.frame(frame), archive.tracks
         last = chosen.step == archive.frame(-1).step

@@ -12,10 +12,11 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
+import reprlib
 import shlex
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,7 @@ from typing import Any, TextIO
 
 from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_series
-from workflow.deck.render import DATA, DECK, data_file, render
+from workflow.deck.render import DATA, DECK, data_parts, render
 from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
@@ -31,6 +32,21 @@ from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 ARCHIVE, TRACKS = "run.h5", "tracks.dump"
 LOCK_PATIENCE = 3.0  # seconds for the engine of a killed wf to end
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
+# entries of run.json: their types, and whether they must be there
+NOTHING = type(None)
+ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
+    "status": ((str,), True), "scene": ((str,), True), "digest": ((str,), True), "versions": ((dict,), True),
+    "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False),
+    "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
+    "seconds": ((int, float, NOTHING), False), "result": ((dict,), False),
+}  # fmt: skip
+
+
+class Series(dict[str, Any]):
+    """A time series, name -> (rows,); ArchiveError for a column that the deck should have written."""
+
+    def __missing__(self, name: str) -> Any:
+        raise ArchiveError(f"series.txt has no column '{name}'; the file is damaged, or of another deck: run again")
 
 
 @dataclass(frozen=True)
@@ -65,7 +81,7 @@ class RunDirectory:
         except OSError as fault:
             raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
         try:
-            run.write_text(DATA, data_file(discs))
+            run.write_text(DATA, data_parts(discs))
             run.write_text(DECK, deck)
             for name, text in scene.files().items():
                 run.write_text(name, text)
@@ -83,26 +99,28 @@ class RunDirectory:
             raise
         return run
 
-    def write_text(self, name: str, text: str) -> None:
-        """Write a file of the directory as a whole or not at all."""
-        with replacing(self / name) as draft:
-            draft.write_text(text, encoding="utf-8")
+    def write_text(self, name: str, text: str | Iterable[str]) -> None:
+        """Write a file of the directory, given as a whole or in parts, as a whole or not at all."""
+        with replacing(self / name) as draft, open(draft, "w", encoding="utf-8") as file:
+            file.writelines([text] if isinstance(text, str) else text)
 
     def hash(self, name: str) -> str:
         """SHA-256 of a file of the directory."""
-        return hashlib.sha256((self / name).read_bytes()).hexdigest()
+        with open(self / name, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def state(self) -> dict[str, Any]:
         """The record in run.json."""
         try:
             state = json.loads((self / "run.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError) as fault:
+        except (OSError, ValueError, RecursionError) as fault:
             raise ArchiveError(
                 f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again"
             ) from fault
-        if not isinstance(state, dict) or not {"status", "scene", "digest", "versions"} <= set(state):
-            raise ArchiveError(f"'{self / 'run.json'}' holds no record; the directory is damaged, run again")
+        wrong = misfit(state)
+        if wrong:
+            raise ArchiveError(f"'{self / 'run.json'}' holds no record ({wrong}); the directory is damaged, run again")
         return state
 
     def record(self, **changes: Any) -> None:
@@ -115,11 +133,11 @@ class RunDirectory:
         """The scene of scene.toml."""
         return scene_from(read_toml(self / "scene.toml"))
 
-    def series(self) -> dict[str, Any] | None:
+    def series(self) -> Series | None:
         """The time series so far, None before its first row."""
         if not (self / "series.txt").is_file():
             return None
-        series = read_series(self / "series.txt")
+        series = Series(read_series(self / "series.txt"))
         return series if len(series["step"]) else None
 
     @contextmanager
@@ -159,6 +177,28 @@ class RunDirectory:
             return {name: float(value) for name, value in zip(words[::2], words[1::2], strict=True)}
         except ValueError:  # the line was cut off
             return {}
+
+
+def misfit(state: Any) -> str | None:
+    """What is wrong with the record of a run, None if nothing is."""
+    if not isinstance(state, dict):
+        return f"found {reprlib.repr(state)}"
+    for name, (kinds, needed) in ENTRIES.items():
+        if name not in state:
+            if needed:
+                return f"{name} is missing"
+        elif not isinstance(state[name], kinds) or isinstance(state[name], bool):
+            return f"{name} = {reprlib.repr(state[name])}"
+    for name in ("versions", "hashes"):
+        if not all(isinstance(value, str) for value in state.get(name, {}).values()):
+            return f"{name} = {reprlib.repr(state[name])}"
+    if state["status"] not in (FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED):
+        return f"status = {reprlib.repr(state['status'])}"
+    if not 1 <= state.get("ranks", 1) <= 10**6:
+        return f"ranks = {reprlib.repr(state['ranks'])}"
+    if not 0.0 <= (state.get("seconds") or 0.0) < 1e12:
+        return f"seconds = {reprlib.repr(state['seconds'])}"
+    return None
 
 
 def default_directory(scene: Scene) -> Path:

@@ -19,7 +19,7 @@ from workflow.engine.checkpoint import DUMPS, newest
 from workflow.engine.environment import versions
 from workflow.engine.launch import run
 from workflow.engine.rundir import FINISHED, INTERRUPTED, PREPARED, RunDirectory
-from workflow.errors import InputError
+from workflow.errors import ArchiveError, InputError
 from workflow.scene.presets import Scene
 
 RESULTS = {"series.txt": None, **DUMPS}
@@ -162,12 +162,18 @@ def _rows(path: Path, kind: str | None) -> Iterator[tuple[int, tuple[str, ...], 
         for block in read_blocks(path, kind):
             yield block.step, block.columns, block.table
         return
-    lines = [line.split() for line in path.read_text(encoding="ascii").splitlines()]
+    lines = [line.split() for line in path.read_text(encoding="ascii", errors="replace").splitlines()]
     columns = tuple(lines[0][1:]) if lines else ()
-    for words in lines[1:]:
-        if words[0] != "#":
+    for number, words in enumerate(lines[1:], 2):
+        if words[:1] == ["#"]:
+            continue
+        try:
             values = np.array([words], dtype=float)
-            yield int(values[0, 0]), columns, values
+            step = int(values[0, 0])
+        except (ValueError, IndexError, OverflowError):
+            raise ArchiveError(f"{path}, line {number}: expected numbers that begin with a step; the run was changed since, "
+                               "and cannot be compared") from None  # fmt: skip
+        yield step, columns, values
 
 
 def _stage(one: RunDirectory, two: RunDirectory, step: int, scene: Scene) -> str:

@@ -37,7 +37,7 @@ def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --he
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(f"{what} '{path}' cannot be read: {fault.strerror}; give the path of a TOML file") from fault
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+    except (ValueError, RecursionError) as fault:  # TOML, UTF-8, numbers of thousands of digits, nested without end
         raise InputError(f"{what} '{path}' is not TOML: {fault}; see {example} for an example") from fault
 
 

@@ -97,7 +97,7 @@ def unknown_name(name: str, known: Iterable[str], what: str) -> InputError:
     known = sorted(known)
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"known are: {', '.join(known)}"
-    return InputError(f"unknown {what} '{name}'; {hint}")
+    return InputError(f"unknown {what} {reprlib.repr(name)}; {hint}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,8 @@ import hashlib
 import json
 import os
 import platform
+import re
+import reprlib
 import shutil
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -51,6 +53,16 @@ class Point:
         """The point of a scene's values.  Raises InputError if they make no scene."""
         scene = scene_from(values)
         return cls(dict(values), scene.digest, scene.n)
+
+    @classmethod
+    def recorded(cls, entry: Mapping[str, Any]) -> Point:
+        """The point of an entry of points.json.  Raises ValueError, KeyError or TypeError if it is none."""
+        values, digest, grains = entry["values"], entry["digest"], entry["grains"]
+        # the digest names a directory, so it must be one word of digits
+        fine = isinstance(values, dict) and isinstance(digest, str) and isinstance(grains, int) and 0 < grains < 10**12
+        if not fine or not re.fullmatch("[0-9a-f]{64}", digest) or not isinstance(values.get("scene"), str):
+            raise ValueError(f"{reprlib.repr(entry)} is no point")
+        return cls(values, digest, grains)
 
     @property
     def name(self) -> str:
@@ -90,10 +102,10 @@ class Study:
         """The study that points.json of ``folder`` declares.  Raises InputError if it is none, ArchiveError if damaged."""
         try:
             entries = json.loads((folder / POINTS).read_text(encoding="utf-8"))
-            return cls(folder, [Point(one["values"], one["digest"], one["grains"]) for one in entries])
+            return cls(folder, [Point.recorded(one) for one in entries])
         except FileNotFoundError as fault:
             raise InputError(f"'{folder}' is no study (it has no {POINTS}); give the folder that 'wf sweep' wrote") from fault
-        except (OSError, ValueError, KeyError, TypeError) as fault:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as fault:
             raise ArchiveError(f"'{folder / POINTS}' cannot be read ({fault}); declare the study again") from fault
 
     def save(self) -> None:
@@ -199,11 +211,13 @@ def standing_in(path: str) -> Standing:
     try:
         with open(f"{path}/run.json", "rb") as file:
             state = json.loads(file.read())
+        if wrong := rundir.misfit(state):
+            raise ValueError(wrong)
         status, reason, seconds = state["status"], state.get("reason"), float(state.get("seconds") or 0.0)
         ranks = int(state.get("ranks") or 1)
     except (FileNotFoundError, NotADirectoryError):
         return Standing(WAITING)
-    except (OSError, ValueError, KeyError, TypeError) as fault:
+    except (OSError, ValueError, RecursionError) as fault:
         return Standing(FAILED, f"'{path}/run.json' cannot be read ({fault}); remove the directory to run it again")
     if status == rundir.RUNNING:
         elsewhere = state.get("host") not in (None, platform.node())
@@ -226,7 +240,7 @@ def alive(pid: int | None) -> bool:
         os.kill(pid or 0, 0)
         with open(f"/proc/{pid}/stat", "rb") as file:
             return file.read().rpartition(b")")[2].split()[0] != b"Z"
-    except (OSError, IndexError):
+    except (OSError, OverflowError, IndexError):
         return False
 
 

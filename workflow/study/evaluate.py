@@ -14,7 +14,7 @@ from workflow.analysis.heap import dip, mean_profile
 from workflow.analysis.samples import pool
 from workflow.archive.drafts import replacing
 from workflow.archive.read import Archive
-from workflow.engine.collect import MEASURES, constants_of, measures_of
+from workflow.engine.collect import constants_of, measures_of, stored_measures
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
@@ -42,7 +42,7 @@ def measured(directory: RunDirectory, stage: str | None, group: str | None, kept
     measure anew.
     """
     if stage is None:
-        known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+        known = stored_measures(directory)
         if group is None or group in known:
             return dict(known)
     store = kept / f"{directory.path.name}.json"

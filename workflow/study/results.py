@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from workflow.analysis.groups import GROUPS
 from workflow.archive.drafts import replacing
-from workflow.engine.collect import MEASURES
+from workflow.engine.collect import stored_measures
+from workflow.engine.rundir import ARCHIVE
 from workflow.study.ensemble import DONE, Study
 
 RESULTS = "results.csv"
@@ -23,9 +23,9 @@ def write_results(study: Study) -> int:
     """
     rows = []
     for point in study.points:
-        now, path = study.standing(point), study.directory(point) / MEASURES
-        if now.status == DONE and path.is_file():
-            measures = json.loads(path.read_text(encoding="utf-8"))
+        now, directory = study.standing(point), study.directory(point)
+        if now.status == DONE and (directory / ARCHIVE).is_file():
+            measures = stored_measures(directory)
             standard = {name: value for name, value in measures.items() if name not in GROUPS}
             varied = {name: point.values.get(name) for name in study.varied}
             rows.append({"name": point.name, **varied, "seconds": round(now.seconds, 1), **dict(_numbers(standard))})

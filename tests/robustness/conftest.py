@@ -1,0 +1,93 @@
+"""Runs to damage, and reading with a deadline."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import pytest
+from mutations import SENTINEL
+
+from workflow.cli.main import main
+
+DEADLINE = 20.0  # seconds that no reader may take for files of a few kilobytes; it takes milliseconds
+PACKING = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1", "--frame-interval", "8"]
+HEAP = ["heap", "--grains", "20", "--drop-height", "12", "--base-half-width", "5", "--feed-half-width", "2", "--frame-interval",
+        "12", "--checkpoint-interval", "10"]  # fmt: skip
+
+
+@contextlib.contextmanager
+def deadline() -> Iterator[None]:
+    """A hang is a failure, not the end of the tests."""
+
+    def late(number: int, frame: FrameType | None) -> None:
+        raise AssertionError(f"no answer within {DEADLINE:g} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, DEADLINE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.fixture
+def wf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str, str]]:
+    """`wf words` in this process: status, output and message.  An exception that reaches the top fails the test, and so does
+    anything that a data file could make run."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: Any) -> tuple[int, str, str]:
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), deadline():
+            status = main([str(word) for word in words])
+        assert status in (0, 1, 2)
+        if status:
+            assert err.getvalue().startswith("wf: ") and 20 < len(err.getvalue()) < 2000, err.getvalue()
+        assert not Path(SENTINEL).exists(), "something in a file was executed"
+        return status, out.getvalue(), err.getvalue()
+
+    return call
+
+
+def _finished(folder: Path, words: list[str]) -> Path:
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        assert main(["run", *words, "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def packing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of method 1 with several frames; not to be changed."""
+    return _finished(tmp_path_factory.mktemp("packing") / "run", PACKING)
+
+
+@pytest.fixture(scope="session")
+def heap(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished heap; not to be changed."""
+    return _finished(tmp_path_factory.mktemp("heap") / "run", HEAP)
+
+
+@pytest.fixture
+def fresh(tmp_path: Path) -> Callable[..., Path]:
+    """A copy of a run with one file changed (None: taken away)."""
+
+    def copy(run: Path, changed: dict[str, bytes | None]) -> Path:
+        target = tmp_path / "run"
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.copytree(run, target)
+        for name, content in changed.items():
+            if content is None:
+                (target / name).unlink()
+            else:
+                (target / name).write_bytes(content)
+        return target
+
+    return copy

@@ -111,8 +111,8 @@ def test_ranks(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
 def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     """One run through all that can befall it; it never begins anew."""
     (tmp_path / "study.toml").write_text(ENDLESS)
-    # Slurm knows minutes only; it tells the job 50 s before the end of one
-    (tmp_path / "profile.toml").write_text('time = "00:01:00"\nmargin = 50\n')
+    # Slurm knows minutes only; it warns the job 25 s before the end of one, or earlier
+    (tmp_path / "profile.toml").write_text('time = "00:01:00"\nmargin = 25\n')
     words = ["sweep", "study.toml", "--out", "s", "--profile", "profile.toml"]
     done = wf(*words)
     assert "submitted 1 points as 1 tasks of job" in done.stderr

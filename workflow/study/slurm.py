@@ -71,10 +71,12 @@ class Queue:
         found: dict[str, Task] = {}
         for record in sorted(self.folder.glob(f"{JOBS}/*/{ID}")):
             try:
-                number = str(json.loads(record.read_bytes())["id"])
+                number = json.loads(record.read_bytes())["id"]
+                if not re.fullmatch("[0-9]+", number):
+                    raise ValueError(f"id {number!r}")
                 for index, names in enumerate(json.loads(record.with_name(TASKS).read_bytes())["tasks"]):
                     found |= dict.fromkeys(names, (number, index))
-            except (OSError, ValueError, KeyError, TypeError) as fault:
+            except (OSError, ValueError, KeyError, TypeError, RecursionError) as fault:
                 raise WorkflowError(f"'{record.parent}' cannot be read ({fault}); remove it if its jobs have ended") from fault
         return found
 

@@ -26,6 +26,7 @@ from workflow.cli import (
     verify,
 )
 from workflow.errors import WorkflowError
+from workflow.scene.presets import load_scenes
 
 COMMANDS = (
     run, resume, deck, measure, plot, report, export, sweep, reproduce, status, verify, bench, accuracy, stability, doctor,
@@ -47,8 +48,9 @@ def parser() -> argparse.ArgumentParser:
 
 def main(words: list[str] | None = None) -> int:
     """Run one command; errors meant for the user become one message on stderr."""
-    arguments = parser().parse_args(words)
     try:
+        load_scenes()
+        arguments = parser().parse_args(words)
         return int(arguments.action(arguments) or 0)
     except WorkflowError as fault:
         print(f"wf: {fault}", file=sys.stderr)

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel", "sinfo")
-PATIENCE = 120.0  # seconds for what must come in the end; how fast it is here is no matter of tests
+PATIENCE = 300.0  # seconds for what must come in the end; how fast it is here is no matter of tests
 CONFIGURATION = """
 ClusterName=test
 SlurmctldHost={host}(127.0.0.1)

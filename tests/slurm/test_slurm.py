@@ -111,8 +111,8 @@ def test_ranks(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
 def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     """One run through all that can befall it; it never begins anew."""
     (tmp_path / "study.toml").write_text(ENDLESS)
-    # Slurm knows minutes only; it warns the job 25 s before the end of one, or earlier
-    (tmp_path / "profile.toml").write_text('time = "00:01:00"\nmargin = 25\n')
+    profile = tmp_path / "profile.toml"
+    profile.write_text('time = "00:02:00"\nmargin = 75\n')  # Slurm counts minutes; it warns the job then, or earlier
     words = ["sweep", "study.toml", "--out", "s", "--profile", "profile.toml"]
     done = wf(*words)
     assert "submitted 1 points as 1 tasks of job" in done.stderr
@@ -129,14 +129,13 @@ def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
         """It has come further; what Slurm queued once more meanwhile, because its time was over again, is let go."""
         if slurm.state(task) == "PENDING":
             slurm.release(task)
-        return one(wf, "s")["status"] == "running" and step() > from_
+        point = one(wf, "s")
+        return point["status"] == "running" and (point["progress"] or "").startswith("compress") and step() > from_
 
     def restarts() -> int:
         return (run / "log.lammps").read_text().count("Reading restart file")
 
     until(lambda: goes_on(0), "the run gets going")
-    point = one(wf, "s")
-    assert point["progress"].startswith("compress")
     # the end of its time: checkpoint, queued again, nothing more to submit
     until(lambda: slurm.state(task) == "PENDING", "the task is queued again before its time is over")
     point = one(wf, "s")
@@ -167,7 +166,8 @@ def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     assert (point["status"], point["reason"]) == ("failed", f"cancelled; job {task}")
     assert f"cancelled; job {task}" in wf("status", "s").stdout
     assert "nothing to submit" in wf(*words).stderr
-    # a run that hangs when it is told to stop is killed when the minute is over
+    # a run that hangs when it is told to stop is killed when its minute is over
+    profile.write_text('time = "00:01:00"\nmargin = 10\n')
     done = wf(*words, "--retry")
     assert "submitted 1 points" in done.stderr
     number = done.stderr.split("of job ")[1].split(";")[0]

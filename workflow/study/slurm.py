@@ -10,7 +10,6 @@ run, and how those ended that could not record it.
 from __future__ import annotations
 
 import fcntl
-import getpass
 import json
 import os
 import re
@@ -197,7 +196,7 @@ def _send(study: Study, profile: Profile, points: Sequence[Point], at_once: int 
         raise
     try:
         with replacing(folder / ID) as draft:
-            draft.write_text(json.dumps({"id": number, "submitted": rundir.timestamp(), "user": getpass.getuser()}) + "\n")
+            draft.write_text(json.dumps({"id": number, "submitted": rundir.timestamp()}) + "\n")
     except WorkflowError:
         _ask("scancel", number)
         raise

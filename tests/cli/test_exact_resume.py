@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import random
 import shutil
 import subprocess
@@ -31,7 +32,7 @@ def stop(run: Running) -> None:
 def assert_same(directory: Path, whole: Path) -> None:
     assert record(directory)["status"] == "finished"
     for name in filter(lambda name: (whole / name).is_file(), RESULTS):
-        assert (directory / name).read_bytes() == (whole / name).read_bytes(), name
+        assert filecmp.cmp(directory / name, whole / name, shallow=False), name
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -68,8 +69,16 @@ def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], runn
 
 @pytest.mark.parametrize("stage", range(1, 7))
 def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    resume_after_last_checkpoint(stage, whole[0], tmp_path, wf)
+
+
+def test_heap_resumes_from_its_last_checkpoint(poured: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+    resume_after_last_checkpoint(1, poured[0], tmp_path, wf)
+
+
+def resume_after_last_checkpoint(stage: int, whole: Path, tmp_path: Path, wf: Wf) -> None:
     """As if killed right after the last checkpoint of the stage, which may be written at the very step that ends it."""
-    run = Path(shutil.copytree(whole[0], tmp_path / "copy"))
+    run = Path(shutil.copytree(whole, tmp_path / "copy"))
     last = max(run.glob(f"checkpoint.{stage}.[ab]"), key=lambda path: step_of(path) or 0)
     for path in run.glob("checkpoint.*"):
         if not path.name.startswith(last.name):
@@ -78,7 +87,7 @@ def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path:
     done = wf("resume", "copy")
     assert done.returncode == 0, done.stderr
     assert f"continuing from {last.name}" in done.stderr
-    assert_same(run, whole[0])
+    assert_same(run, whole)
 
 
 def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start, wf: Wf) -> None:
@@ -99,6 +108,22 @@ def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Pat
     assert f"{found.path.name} is damaged" in done.stderr
     assert "continuing from checkpoint" in done.stderr
     assert_same(run.directory, reference)
+
+
+def test_checkpoints_of_a_lost_course_are_not_used(whole: tuple[Path, float], tmp_path: Path, running: Start) -> None:
+    """Killed twice: the second part continues from an early checkpoint, beside later ones of the first that were not sealed."""
+    reference, seconds = whole
+    run = Path(shutil.copytree(reference, tmp_path / "slow"))
+    for path in run.glob("checkpoint.[2-6].?.json"):
+        path.unlink()
+    RunDirectory.open(run).record(status="running")
+    second = running(resume=True)
+    time.sleep(0.3 * seconds)
+    stop(second)
+    third = running(resume=True)
+    _, text = third.process.communicate(timeout=120)
+    assert third.process.returncode == 0, text
+    assert_same(run, reference)
 
 
 def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:

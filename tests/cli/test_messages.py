@@ -126,7 +126,7 @@ def test_bad_scene_file_is_named(case: str, here: Path, capsys: pytest.CaptureFi
     assert content(here) == before
 
 
-@pytest.mark.parametrize("name", [module.__name__.rsplit(".", 1)[1] for module in COMMANDS])
+@pytest.mark.parametrize("name", COMMANDS)
 def test_help_shows_examples_that_parse(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     from workflow.cli.main import parser
 

@@ -94,6 +94,8 @@ def test_from_the_data_to_the_scoreboard(tiny: Path, capsys: pytest.CaptureFixtu
     assert table["smooth", "Phi"]["reason"] == "made up"
     assert table["", "the answer"]["reason"] == "no scene gives it"
     text = Path("runs/tiny/scoreboard.md").read_text()
+    page = Path("runs/tiny/scoreboard.html").read_text()
+    assert "<h2>Table 2" in page and "agrees" in page
     assert "4 of 4 finished" in text
     assert "[figures/fig2.png]" in text
     for name in ("fig1a", "fig2"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import math
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import pytest
 from workflow.analysis.frame import Frame
 from workflow.analysis.heap import Ground, base_forces, in_heap
 from workflow.archive.dumps import read_frames, read_series, read_tracks
-from workflow.deck.render import DATA, data_file, fill, render, templates
+from workflow.deck.render import DATA, data_file, fill, render, templates, whole
 from workflow.engine.environment import engine
 from workflow.scene.heap import FLOOR, Heap
 
@@ -23,7 +24,7 @@ SMALL = {"grains": 30, "drop_height": 15.0, "frame_interval": 0.0, "hold": 0.5}
 
 def prepare(folder: Path, scene: Heap, **changed: Any) -> Path:
     folder.mkdir()
-    template = (templates() / "heap.in").read_text()
+    template = whole(templates() / "heap.in")
     (folder / "deck.in").write_text(fill(template, {**scene.variables(), "data": DATA, **changed}))
     (folder / DATA).write_text(data_file(scene.discs()))
     for name, text in scene.files().items():
@@ -85,7 +86,7 @@ def test_run_style_changes_no_bit(tmp_path: Path, scheme: str) -> None:
     run(ours), run(lammps)
     assert read_series(ours / "series.txt")["removed"][-1] >= 3
     for name in ("series.txt", "grains.dump", "contacts.dump", "tracks.dump"):
-        assert (ours / name).read_bytes() == (lammps / name).read_bytes()
+        assert filecmp.cmp(ours / name, lammps / name, shallow=False)
 
 
 def test_closed_form_of_the_fall_changes_nothing(tmp_path: Path) -> None:

@@ -127,6 +127,15 @@ class Frame:
         return float(self.cell[0] * self.cell[1])
 
 
+@dataclass(frozen=True)
+class Tracks:
+    """Positions at many times: ``time`` (F,), ``ids`` (G,), ``position`` (F, G, 2), NaN where a grain is absent."""
+
+    time: Floats
+    ids: Ints
+    position: Floats
+
+
 def sound(frame: Frame, where: str) -> Frame:
     """``frame`` itself, if every number in it can be one of a packing.
 

@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from workflow.analysis.frame import Bools, Floats, Frame, Ints
+from workflow.analysis.frame import Bools, Floats, Frame, Ints, Tracks
 from workflow.errors import InputError
 
 COLUMN = 1.0  # width of the columns of the surface profile
@@ -235,15 +235,6 @@ def _profile_of(frame: Frame, ground: Ground) -> tuple[Floats, Floats]:
     own = in_heap(frame, ground)
     profile = surface(frame.position[own], frame.diameter[own], ground)
     return profile.x, profile.height
-
-
-@dataclass(frozen=True)
-class Tracks:
-    """Positions at many times: ``time`` (F,), ``ids`` (G,), ``position`` (F, G, 2), NaN where a grain is absent."""
-
-    time: Floats
-    ids: Ints
-    position: Floats
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, sound
-from workflow.analysis.heap import Tracks
+from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
 from workflow.errors import ArchiveError
 
 PathLike = str | os.PathLike[str]
@@ -24,6 +23,7 @@ PathLike = str | os.PathLike[str]
 CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
 TRACK_COLUMNS = ("id", "x", "y")
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
+ROWS = 65536  # lines of a table that are in memory as text at one time
 MOST_DIGITS = 18  # of a whole number that fits 64 bits
 CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
 
@@ -73,15 +73,17 @@ class _Lines:
 
     def numbers(self, rows: int, columns: int, what: str) -> Floats:
         """``rows`` lines of ``columns`` finite numbers each."""
-        first = self.number + 1
-        lines = self.take(rows)
-        if not rows:
-            return np.empty((0, columns))
-        table = _table(lines)
-        if table.shape == (rows, columns) and np.isfinite(table).all():
-            return table
-        self.number = first + next((k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True)), 0)
-        raise self.fault(f"expected {columns} finite numbers per line ({what})")
+        table = np.empty((rows, columns))
+        for done in range(0, rows, ROWS):
+            first = self.number + 1
+            lines = self.take(min(ROWS, rows - done))
+            part = _table(lines)
+            if part.shape != (len(lines), columns) or not np.isfinite(part).all():
+                bad = (k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True))
+                self.number = first + next(bad, 0)
+                raise self.fault(f"expected {columns} finite numbers per line ({what})")
+            table[done : done + len(lines)] = part
+        return table
 
     def integer(self, what: str) -> int:
         """A line with one integer >= 0 of 64 bits; int() rather than float64 so that a step beyond 2**53 stays exact."""

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.archive.drafts import replacing
+from workflow.archive.dumps import ROWS
 from workflow.archive.vtk import write_collection, write_polydata
-from workflow.archive.write import replacing
 from workflow.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
             for name, columns in tables(frame).items():
                 if not number:
                     writers[name].writerow(columns)
-                writers[name].writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+                writers[name].writerows(_rows(columns))
     return list(paths.values())
 
 
@@ -189,7 +190,13 @@ def _needed(name: str) -> Any:
 
 def _records(columns: Columns) -> Iterator[dict[str, Any]]:
     """The rows of a table, one dictionary of plain numbers each."""
-    return (dict(zip(columns, row, strict=True)) for row in zip(*(column.tolist() for column in columns.values()), strict=True))
+    return (dict(zip(columns, row, strict=True)) for row in _rows(columns))
+
+
+def _rows(columns: Columns) -> Iterator[tuple[Any, ...]]:
+    """The rows of a table as plain numbers, ROWS of them in memory at one time."""
+    for k in range(0, len(next(iter(columns.values()))), ROWS):
+        yield from zip(*(column[k : k + ROWS].tolist() for column in columns.values()), strict=True)
 
 
 def _spatial(vectors: Floats) -> Floats:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, overload
 import h5py
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, sound
-from workflow.analysis.heap import Tracks
+from workflow.analysis.frame import Contacts, Floats, Frame, Tracks, sound
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError

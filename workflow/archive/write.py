@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints
-from workflow.analysis.heap import Tracks
+from workflow.analysis.frame import Contacts, Floats, Frame, Ints, Tracks
 from workflow.archive import layout
+from workflow.archive.drafts import PathLike, replacing
 from workflow.errors import ArchiveError, InputError
 
 # Rows per HDF5 chunk: 64 kB of float64, small against a frame of a real run and no waste in a small one.
@@ -26,26 +23,6 @@ COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 FORMAT = ("v110", "v110")
 CHECKED = {"fletcher32": True}
 STAGE_NAME = h5py.string_dtype(length=32)  # of fixed length: what varies in length lies in a heap without checksum
-PathLike = str | os.PathLike[str]
-
-
-@contextmanager
-def replacing(path: PathLike) -> Iterator[Path]:
-    """A temporary name beside ``path`` to write to; synced and renamed on success, removed on failure.
-
-    Raises ArchiveError when the file cannot be written; an existing file stays as it was.
-    """
-    target = Path(path)
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        yield draft
-        with open(draft, "rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(draft, target)
-    except OSError as error:
-        raise ArchiveError(f"cannot write '{target}': {error}; check directory, rights and free space") from None
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def write_archive(

@@ -53,11 +53,11 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Time and print."""
-    engines = _listed("--engines", arguments.engines, _one_of(ENGINES))
-    ranks = _listed("--ranks", arguments.ranks, _positive)
+    engines = listed("--engines", arguments.engines, one_of(ENGINES))
+    ranks = listed("--ranks", arguments.ranks, positive)
     for name in ("rounds", "steps"):
         if getattr(arguments, name) is not None:
-            _positive(str(getattr(arguments, name)), f"--{name}")
+            positive(str(getattr(arguments, name)), f"--{name}")
     states, common = _given(arguments) if arguments.directory else (_made(arguments), {})
     engine()
     for name in missing(engines):
@@ -72,7 +72,7 @@ def action(arguments: argparse.Namespace) -> int:
 
 def _made(arguments: argparse.Namespace) -> list[tuple[str, State]]:
     return own_states(
-        _listed("--n", arguments.n or "1400", _many), _listed("--state", arguments.state or ",".join(STATES), _one_of(STATES))
+        listed("--n", arguments.n or "1400", _many), listed("--state", arguments.state or ",".join(STATES), one_of(STATES))
     )
 
 
@@ -95,21 +95,25 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
     return [(directory.path.name, lambda folder: discs)], common
 
 
-def _listed(option: str, text: str, read: Callable[[str, str], Item]) -> list[Item]:
+def listed(option: str, text: str, read: Callable[[str, str], Item]) -> list[Item]:
+    """The words of an option with commas, each once, as ``read`` understands them."""
     return list(dict.fromkeys(read(word.strip(), option) for word in text.split(",")))
 
 
-def _positive(word: str, option: str, least: int = 1) -> int:
+def positive(word: str, option: str, least: int = 1) -> int:
+    """A whole number of at least ``least``; InputError if it is none."""
     if not word.isdigit() or int(word) < least:
         raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {least}")
     return int(word)
 
 
 def _many(word: str, option: str) -> int:
-    return _positive(word, option, 50)  # fewer have a dense cell too small for the list
+    return positive(word, option, 50)  # fewer have a dense cell too small for the list
 
 
-def _one_of(names: Sequence[str]) -> Callable[[str, str], str]:
+def one_of(names: Sequence[str]) -> Callable[[str, str], str]:
+    """A reader of one of ``names``."""
+
     def read(word: str, option: str) -> str:
         if word not in names:
             raise InputError(f"{option} '{word}' is not known; known are: {', '.join(names)}")

@@ -51,14 +51,14 @@ def _add(group: Any, name: str, known: Quantity, default: Any) -> None:
     if known.kind is bool:
         group.add_argument(flag, action=argparse.BooleanOptionalAction, default=argparse.SUPPRESS, help=text)
         return
-    kind = {int: _whole, float: float, str: str}[known.kind]
+    kind = {int: whole_number, float: float, str: str}[known.kind]
     group.add_argument(
         flag, type=kind, default=argparse.SUPPRESS, help=text, metavar=known.symbol or name.upper(),
         choices=known.choices or None,
     )  # fmt: skip
 
 
-def _whole(text: str) -> int:
+def whole_number(text: str) -> int:
     """Whole numbers, also written 1e5."""
     try:
         return int(text)
@@ -69,7 +69,7 @@ def _whole(text: str) -> int:
         return int(number)
 
 
-_whole.__name__ = "whole number"
+whole_number.__name__ = "whole number"
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:

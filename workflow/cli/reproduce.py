@@ -6,7 +6,7 @@ import argparse
 import json
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from workflow.study.evaluate import frame_index, law_of
 from workflow.study.jobs import Outcome
 from workflow.study.papers import Drawing, Paper, papers, points_of, read_paper
 from workflow.study.reproduce import provenance, rows, samples_of
-from workflow.study.scoreboard import counts, write
+from workflow.study.scoreboard import Row, counts, sections, texts, write
 
 EXAMPLES = """
 wf reproduce gilabert2007 --quick --jobs 2           everything in minutes, at a small size: does it work here?
@@ -75,7 +75,9 @@ def action(arguments: argparse.Namespace) -> int:
     _say("")
     words = shlex.join(["wf", *sys.argv[1:]])
     if found:
-        write(folder, paper, found, figures, provenance(study, words))
+        made = provenance(study, words)
+        write(folder, paper, found, figures, made)
+        _page(folder, paper, found, figures, made)
     if arguments.json:
         print((folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": figures}))
         return ended(outcome)
@@ -87,12 +89,27 @@ def _summary(paper: Paper, found: Sequence[Any], figures: Sequence[dict[str, str
     """What came out, for people."""
     if found:
         print(", ".join(f"{count} {verdict}" for verdict, count in counts(found).items()))
-        print(f"{folder / 'scoreboard.md'}  (.csv, .json)")
+        print(f"{folder / 'scoreboard.md'}  (.html, .csv, .json)")
     drawn = [one["file"] for one in figures if one["file"]]
     if drawn:
         print(f"{len(drawn)} figures in {folder / 'figures'}")
     for trouble in dict.fromkeys(one["trouble"] for one in figures if one["trouble"]):
         print(f"not drawn: {', '.join(one['number'] for one in figures if one['trouble'] == trouble)}: {trouble}")
+
+
+def _page(folder: Path, paper: Paper, found: Sequence[Row], figures: Sequence[dict[str, str]], made: Mapping[str, Any]) -> None:
+    """The scoreboard with its figures, to look at in a browser."""
+    from workflow.report.study_page import write_page
+
+    parts: list[tuple[str, Any]] = [("text", f"{paper.title}."), *(("text", text) for text in texts(paper, found))]
+    parts += [("code", f"{name}: {value}") for name, value in made.items()]
+    for heading, table in sections(paper, found):
+        parts += [("heading", heading), ("table", table)]
+    for one in figures:
+        if one["file"]:
+            text = f"The paper shows: {one['shows']}."
+            parts += [("heading", f"Figure {one['number']}"), ("image", folder / one["file"]), ("text", text)]
+    write_page(folder / "scoreboard.html", f"{paper.short}, number by number", parts)
 
 
 def _list(text: str | None, option: str) -> list[str] | None:

@@ -13,7 +13,7 @@ from workflow.cli.options import command
 from workflow.engine.rundir import INTERRUPTED, RUNNING, RunDirectory
 from workflow.engine.watch import describe
 from workflow.errors import ArchiveError, InputError, WorkflowError
-from workflow.study import ensemble
+from workflow.study import ensemble, slurm
 from workflow.study.ensemble import POINTS, Study, alive, remaining
 
 EXAMPLES = """
@@ -80,13 +80,14 @@ def standing(directory: RunDirectory) -> dict[str, Any]:
 def _study(path: Path) -> dict[str, Any]:
     """Counts, core hours spent and left, and every point; the progress of those at work."""
     study = Study.open(path)
-    standings = [study.standing(point) for point in study.points]
+    standings, _, fault = slurm.standings(study)
     counts = Counter(now.status for now in standings)
     left = remaining(study.points, standings)
     return {
         "directory": str(path),
         "counts": {status: counts[status] for status in ensemble.STATUSES},
-        "core_hours_spent": sum(now.seconds for now in standings) / 3600.0,
+        "scheduler": fault,
+        "core_hours_spent": sum(now.core_seconds for now in standings) / 3600.0,
         "core_hours_left": None if left is None else left / 3600.0,
         "points": [
             {
@@ -120,4 +121,7 @@ def _block(row: dict[str, Any]) -> str:
         words = one["progress"] or one["reason"] or ""
         lines.append(f"  {one['status']:8s} {one['name']}  {one['label']:{width}s}  {words}")
     lines += [f"  and {len(failed) - MOST_FAILED} more failed: see --json"] if len(failed) > MOST_FAILED else []
+    waits = Counter(one["reason"] for one in row["points"] if one["status"] == ensemble.WAITING and one["reason"])
+    lines += [f"  {count} waiting {reason}" for reason, count in waits.most_common()]
+    lines += [f"  the scheduler was not asked: {row['scheduler']}"] if row["scheduler"] else []
     return "\n".join([f"{row['directory']}  {len(row['points'])} points: {counts or 'none'}; {cost}", *lines])

@@ -8,12 +8,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from workflow.cli.deck import add_cluster, job_of
 from workflow.cli.options import command
+from workflow.deck.schedulers import Profile
 from workflow.engine.environment import engine
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, Study, remaining
 from workflow.study.jobs import Outcome, compute, duration
 from workflow.study.results import RESULTS, write_results
+from workflow.study.slurm import submit
 from workflow.study.sweep import read_sweep
 
 EXAMPLES = """
@@ -22,6 +25,8 @@ wf sweep study.toml --jobs 2                  compute them, two at a time, into 
 wf sweep study.toml --adopt runs              take finished runs of the same scenes from runs
 wf status runs/study                          where it stands
 wf sweep study.toml --retry                   once more what failed
+wf sweep study.toml --scheduler slurm --time 12:00:00 --partition long
+                                              as a job array; the same command submits what is left
 
 a study file; every combination of the lists and seeds is a point:
   scene = "method1"
@@ -41,11 +46,13 @@ def declare(commands: Any) -> None:
     parser.add_argument("file", type=Path, metavar="STUDY.toml", help="declaration of the study")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/NAME of the file)")
     add_jobs(parser)
+    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
+    add_cluster(parser)
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """What every command that computes a study takes."""
-    parser.add_argument("--jobs", type=int, default=1, metavar="J", help="runs at a time (default 1)")
+    parser.add_argument("--jobs", type=int, metavar="J", help="runs at a time (default 1; in a job array no limit)")
     parser.add_argument("--retry", action="store_true", help="run again what failed")
     parser.add_argument("--adopt", type=Path, action="append", default=[], metavar="DIR",
                         help="link finished runs of the same scenes found there (repeatable)")  # fmt: skip
@@ -57,12 +64,15 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
 def action(arguments: argparse.Namespace) -> int:
     """Declare the study, compute it."""
     check_jobs(arguments)
+    profile = job_of(arguments, local=("ranks",))
     folder = arguments.out or Path("runs") / arguments.file.stem
     study = Study(folder, read_sweep(arguments.file))
     if arguments.dry_run:
         print(plan(study))
         return 0
-    outcome = carry_out(study, arguments)
+    if profile:
+        return send(study, profile, arguments)
+    outcome = carry_out(study, arguments, ranks=arguments.ranks)
     if not outcome.interrupted and write_results(study):
         print(folder / RESULTS)
     print(f"{folder}: {outcome.done} of {len(study.points)} points done")
@@ -71,15 +81,33 @@ def action(arguments: argparse.Namespace) -> int:
 
 def check_jobs(arguments: argparse.Namespace) -> None:
     """Before anything is written."""
-    if arguments.jobs < 1:
-        raise InputError(f"--jobs {arguments.jobs} is not allowed: it must be at least 1")
+    for name in ("jobs", "ranks"):
+        value = getattr(arguments, name, None)
+        if value is not None and value < 1:
+            raise InputError(f"--{name} {value} is not allowed: it must be at least 1")
 
 
-def carry_out(study: Study, arguments: argparse.Namespace) -> Outcome:
+def send(study: Study, profile: Profile, arguments: argparse.Namespace) -> int:
+    """Write down the study, adopt what is there, submit the rest."""
+    engine()
+    declare_and_adopt(study, arguments)
+    sent = submit(study, profile, at_once=arguments.jobs, retry=arguments.retry)
+    if sent:
+        number, points, tasks = sent
+        print(f"submitted {points} points as {tasks} tasks of job {number}; 'wf status {shlex.quote(str(study.folder))}' "
+              "shows how far they are", file=sys.stderr)  # fmt: skip
+        return 0
+    if write_results(study):
+        print(study.folder / RESULTS)
+    print("nothing to submit: every point is done, in the queue, or failed (--retry tries those again)", file=sys.stderr)
+    return 0
+
+
+def carry_out(study: Study, arguments: argparse.Namespace, *, ranks: int | None = None) -> Outcome:
     """Write down the study, adopt what is there, compute the rest."""
     engine()
     declare_and_adopt(study, arguments)
-    outcome = compute(study, jobs=arguments.jobs, retry=arguments.retry)
+    outcome = compute(study, jobs=arguments.jobs or 1, ranks=ranks, retry=arguments.retry)
     if outcome.elsewhere:
         print(f"{outcome.elsewhere} points are left to another wf that works on them", file=sys.stderr)
     if outcome.interrupted:

@@ -8,6 +8,7 @@ what ``lmp -in`` runs and what a cluster job runs is the same deck.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from workflow.scene.presets import Scene
 DECK = "deck.in"
 DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
+ROWS = 65536  # of a table that are text or Python objects at one time
 _INCLUDE = re.compile(r"^include\s+(common/\S+)$", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
@@ -78,18 +80,27 @@ def data_file(discs: Discs) -> str:
 
     Raises InputError if two centres coincide: such a pair has no direction to repel along.
     """
+    return "".join(data_parts(discs))
+
+
+def data_parts(discs: Discs) -> Iterator[str]:
+    """`data_file` in parts of ROWS grains, so that a file of any size is written without being in memory."""
     places, counts = np.unique(np.mod(discs.position, discs.cell), axis=0, return_counts=True)
     if counts.max(initial=0) > 1:
         x, y = places[counts.argmax()]
         raise InputError(f"{counts.max()} grains have one centre, ({x:g}, {y:g}) a; move them apart")
     width, height = discs.cell.tolist()
-    head = (
+    yield (
         f"discs in a periodic cell\n\n{len(discs.diameter)} atoms\n1 atom types\n\n"
         f"0 {width!r} xlo xhi\n0 {height!r} ylo yhi\n-0.5 0.5 zlo zhi\n\nAtoms # sphere\n\n"
     )
-    rows = zip(discs.diameter.tolist(), discs.position.tolist(), strict=True)
-    text = head + "".join(f"{k} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for k, (d, (x, y)) in enumerate(rows, 1))
+    starts = range(0, len(discs.diameter), ROWS)
+    for k in starts:
+        rows = zip(discs.diameter[k : k + ROWS].tolist(), discs.position[k : k + ROWS].tolist(), strict=True)
+        yield "".join(f"{number} 1 {d!r} 1.0 {x!r} {y!r} 0\n" for number, (d, (x, y)) in enumerate(rows, k + 1))
     if discs.velocity is None:
-        return text
-    moving = enumerate(discs.velocity.tolist(), 1)
-    return text + "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 0\n" for k, (u, v) in moving)
+        return
+    yield "\nVelocities\n\n"
+    for k in starts:
+        moving = enumerate(discs.velocity[k : k + ROWS].tolist(), k + 1)
+        yield "".join(f"{number} {u!r} {v!r} 0 0 0 0\n" for number, (u, v) in moving)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_blocks, read_series
-from workflow.archive.write import replacing
 
 DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
 _MAGIC = b"LammpS RestartT\0"
@@ -150,6 +150,17 @@ def step_of(path: Path) -> int | None:
             at += 4
     except struct.error:
         return None
+
+
+def drop_later(folder: Path, chosen: Checkpoint | None) -> None:
+    """Remove checkpoints of a course that ends here: those beyond ``chosen``, the one to continue from (None: all).
+
+    Were they left, a run that is killed once more could continue from one of them, past rows and frames it never wrote.
+    """
+    for path in _files(folder):
+        if chosen is None or (step_of(path) or 0) > chosen.step or int(path.name.split(".")[1]) > chosen.stage:
+            path.unlink()
+            _seal(path).unlink(missing_ok=True)
 
 
 def cut_back(folder: Path, step: int) -> None:

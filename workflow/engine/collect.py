@@ -8,6 +8,8 @@ import shutil
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from workflow.analysis.contacts import measure, solid_fraction
 from workflow.analysis.energy import energies
 from workflow.analysis.frame import Contacts, Frame
@@ -29,6 +31,14 @@ MEASURES, CHECKSUM = "measures.json", "checksum"
 
 def collect(directory: RunDirectory) -> dict[str, Any]:
     """Write the archive and the measures of the last frame from what the engine wrote."""
+    write(directory)
+    measures = measures_of(directory)
+    directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
+    return measures
+
+
+def write(directory: RunDirectory) -> None:
+    """Write the archive, one frame in memory at a time."""
     series: dict[str, Any] = directory.series() or {}
     state, scene = directory.state, directory.scene
     provenance = {
@@ -45,9 +55,6 @@ def collect(directory: RunDirectory) -> dict[str, Any]:
     )
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
     write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
-    measures = measures_of(directory)
-    directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
-    return measures
 
 
 def dump_sizes(directory: RunDirectory) -> dict[str, int]:
@@ -108,7 +115,7 @@ def measures_of(
         last = chosen.step == archive.frame(-1).step
         ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
         relaxed = {
-            after: _relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
+            after: relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
             for before, after in scene.relaxations
             if {before, after} <= set(ends)
         }
@@ -168,17 +175,19 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _relaxation(before: Frame, after: Frame) -> dict[str, Any]:
+def relaxation(before: Frame, after: Frame) -> dict[str, Any]:
     """What a stage with drag changed, between the last frame before it and its own: the proof that it moved nothing."""
     pairs = [_touching(frame) for frame in (before, after)]
+    common = len(np.intersect1d(pairs[0], pairs[1], assume_unique=True))
     return {
         "time": after.time - before.time,
-        "contacts_opened": len(pairs[0] - pairs[1]),
-        "contacts_closed": len(pairs[1] - pairs[0]),
+        "contacts_opened": len(pairs[0]) - common,
+        "contacts_closed": len(pairs[1]) - common,
         "solid_fraction_change": float((before.area / after.area - 1.0) * solid_fraction(before)),
     }
 
 
-def _touching(frame: Frame) -> set[tuple[int, int]]:
+def _touching(frame: Frame) -> np.ndarray:
+    """The pairs of ids that touch, each as one complex number: pairs that arrays can be searched for."""
     table: Contacts = frame.contacts.select(frame.contacts.touching)
-    return set(zip(frame.ids[table.i].tolist(), frame.ids[table.j].tolist(), strict=True))
+    return frame.ids[table.i] + 1j * frame.ids[table.j]

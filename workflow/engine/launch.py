@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import platform
 import shlex
 import shutil
 import signal
@@ -15,7 +16,7 @@ from contextlib import suppress
 from typing import TextIO
 
 from workflow.deck.render import DECK
-from workflow.engine.checkpoint import Seals, cut_back, damaged, drop_repeats, newest
+from workflow.engine.checkpoint import Seals, cut_back, damaged, drop_later, drop_repeats, newest
 from workflow.engine.collect import collect
 from workflow.engine.environment import engine, python_child
 from workflow.engine.rundir import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
@@ -36,13 +37,13 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     INTERRUPTED.  Raises EngineError with the engine's own words if it fails; what it wrote stays.
     """
     environment = engine()
-    with directory.lock():
+    with directory.lock() as lock:
         variables = _start(directory, resume, out)
         before = float(directory.state.get("seconds") or 0.0)  # of the parts before this one
         command = [*python_child(), DECK, *variables]
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
-        directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), reason=None)
+        directory.record(status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), host=platform.node(), reason=None)
         with suppress(OSError):
             (directory / RESERVED).write_bytes(bytes(RESERVE))
         begun = time.monotonic()
@@ -50,7 +51,8 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         with open(directory / "engine.err", "w+", encoding="utf-8") as errors:
             child = subprocess.Popen(
                 command, cwd=directory.path, env=environment.variables(), stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=die_with_parent,
+                stdout=subprocess.DEVNULL, stderr=errors, start_new_session=True, preexec_fn=with_parent(),
+                pass_fds=[lock.fileno()],  # the directory stays locked as long as an engine works in it
             )  # fmt: skip
             interrupted, full = _watch(child, directory, progress.show, seals)
             errors.seek(0)
@@ -87,6 +89,7 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:
     where = f"{checkpoint.path.name}, step {checkpoint.step}" if checkpoint else "the beginning: no whole checkpoint is there"
     print(f"continuing from {where}", file=out)
     _forget_result(directory)
+    drop_later(directory.path, checkpoint)
     if checkpoint is None:  # interrupted before the first checkpoint: start over
         cut_back(directory.path, -1)
         return []
@@ -155,9 +158,16 @@ def _full(directory: RunDirectory, seals: Seals) -> str | None:
     )
 
 
-def die_with_parent() -> None:
-    """In a child, before it becomes another program: end when wf is killed, so that no engine runs on unwatched."""
-    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+def with_parent() -> Callable[[], None]:
+    """What a child does before it becomes another program: end when wf is killed, so that no engine runs on unwatched."""
+    parent, library = os.getpid(), ctypes.CDLL(None)
+
+    def die_with_parent() -> None:
+        library.prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+        if os.getppid() != parent:  # killed before the line above
+            os._exit(1)
+
+    return die_with_parent
 
 
 def _reason(status: int, words: str) -> str:

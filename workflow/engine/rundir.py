@@ -16,20 +16,21 @@ import reprlib
 import shlex
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
+from workflow.archive.drafts import replacing
 from workflow.archive.dumps import read_series
-from workflow.archive.write import replacing
-from workflow.deck.render import DATA, DECK, data_file, render
+from workflow.deck.render import DATA, DECK, data_parts, render
 from workflow.engine.environment import versions
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS = "run.h5", "tracks.dump"
+LOCK_PATIENCE = 3.0  # seconds for the engine of a killed wf to end
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 # entries of run.json: their types, and whether they must be there
 NOTHING = type(None)
@@ -80,7 +81,7 @@ class RunDirectory:
         except OSError as fault:
             raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
         try:
-            run.write_text(DATA, data_file(discs))
+            run.write_text(DATA, data_parts(discs))
             run.write_text(DECK, deck)
             for name, text in scene.files().items():
                 run.write_text(name, text)
@@ -98,14 +99,15 @@ class RunDirectory:
             raise
         return run
 
-    def write_text(self, name: str, text: str) -> None:
-        """Write a file of the directory as a whole or not at all."""
-        with replacing(self / name) as draft:
-            draft.write_text(text, encoding="utf-8")
+    def write_text(self, name: str, text: str | Iterable[str]) -> None:
+        """Write a file of the directory, given as a whole or in parts, as a whole or not at all."""
+        with replacing(self / name) as draft, open(draft, "w", encoding="utf-8") as file:
+            file.writelines([text] if isinstance(text, str) else text)
 
     def hash(self, name: str) -> str:
         """SHA-256 of a file of the directory."""
-        return hashlib.sha256((self / name).read_bytes()).hexdigest()
+        with open(self / name, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
     @property
     def state(self) -> dict[str, Any]:
@@ -139,16 +141,32 @@ class RunDirectory:
         return series if len(series["step"]) else None
 
     @contextmanager
-    def lock(self) -> Iterator[None]:
-        """One `wf` at a time works in a directory."""
+    def lock(self) -> Iterator[TextIO]:
+        """One `wf` at a time works in a directory; a process that inherits the open file holds the lock as well."""
         with open(self / ".lock", "w") as file:
-            try:
+            deadline = time.monotonic() + LOCK_PATIENCE
+            while True:
+                try:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except OSError:
+                    if time.monotonic() > deadline:
+                        raise WorkflowError(
+                            f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
+                        ) from None
+                    time.sleep(0.05)
+            yield file
+
+    def locked(self) -> bool:
+        """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
+        try:
+            with open(self / ".lock", "a") as file:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise WorkflowError(
-                    f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
-                ) from None
-            yield
+        except FileNotFoundError:
+            return False
+        except OSError:
+            return True
+        return False
 
     def result(self) -> dict[str, float]:
         """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""

@@ -32,7 +32,7 @@ def few_figure(
         for axes in panels[len(names) :]:
             axes.set_axis_off()
         for axes, name in zip(panels, names, strict=False):
-            _axes(axes, name, "run time per T0 [s]" if against_time else "steps per stiffest period", "error")
+            panel(axes, name, "run time per T0 [s]" if against_time else "steps per stiffest period", "error")
             for variant, (colour, mark, size) in zip(variants, LOOK, strict=False):
                 of = [row for row in rows if (row.case, row.variant) == (name, variant)]
                 order = orders.get((name, variant))
@@ -65,10 +65,10 @@ def many_figure(rows: Sequence[Many], path: PathLike) -> None:
                         {"color": colour, "marker": mark, "markersize": size, "linewidth": size / 3.0, "label": variant},
                         1.0 + 0.03 * k,
                     )
-            _axes(line[0], name, "steps per stiffest period", r"solid fraction $\Phi$", up_log=False)
-            _axes(line[1], name, "steps per stiffest period", "coordination $z$", up_log=False)
-            _axes(line[2], name, "run time per T0 [s]", "energy residual")
-            _axes(line[3], name, "run time per T0 [s]", r"$|\sigma - P|$ [$F_1/a$]")
+            panel(line[0], name, "steps per stiffest period", r"solid fraction $\Phi$", up_log=False)
+            panel(line[1], name, "steps per stiffest period", "coordination $z$", up_log=False)
+            panel(line[2], name, "run time per T0 [s]", "energy residual")
+            panel(line[3], name, "run time per T0 [s]", r"$|\sigma - P|$ [$F_1/a$]")
             line[0].legend(frameon=False, fontsize=7)
         save(figure, path)
 
@@ -83,7 +83,8 @@ def _bulk(line: Sequence[Axes], of: Sequence[Many], look: dict[str, Any], shift:
     line[3].plot(seconds, [row.stress for row in of], **look)
 
 
-def _axes(axes: Axes, title: str, across: str, up: str, *, up_log: bool = True) -> None:
+def panel(axes: Axes, title: str, across: str, up: str, *, up_log: bool = True) -> None:
+    """Logarithmic axes with title, labels and grid."""
     axes.set(xscale="log", xlabel=across, ylabel=up)
     axes.set_title(title, fontsize=9)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))

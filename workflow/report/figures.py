@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from workflow.analysis.contacts import coordination, solid_fraction
 from workflow.analysis.frame import Bools, Floats, Frame
 from workflow.analysis.percolation import force_magnitude
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.errors import InputError
 
 PathLike = str | os.PathLike[str]

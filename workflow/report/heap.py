@@ -16,7 +16,7 @@ from PIL import Image
 
 from workflow.analysis.frame import Bools, Floats, Frame
 from workflow.analysis.heap import Avalanche, Ground, Tracks, base_forces, fields, in_heap, smooth, surface
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.errors import InputError
 from workflow.report.figures import BLUE, FILL, INK, OUTLINE, RED, STYLE, save
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.report.numbers import Number, errors, results
 from workflow.report.page_data import BASE, IN_FLIGHT, KINDS, Sheet, charts, kinds, network
 from workflow.report.study_page import document, table, template

@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.report.figures import BLUE, FILL, GREEN, INK, ORANGE, OUTLINE, RATTLER, RED
 
 COLOURS = {"red": RED, "green": GREEN, "blue": BLUE, "orange": ORANGE, "ink": INK, "fill": FILL, "rattler": RATTLER,

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from workflow.errors import InputError
 
@@ -124,6 +123,8 @@ def _propose(
 
 def _near(a: Floats, b: Floats, reach: float, length: float) -> NDArray:
     """Pairs (i, j, distance v) of points of a and b closer than ``reach`` in the periodic square."""
+    from scipy.spatial import cKDTree  # a tenth of a second that most commands need not pay
+
     trees = (cKDTree(points % length, boxsize=length) for points in (a, b))
     return next(trees).sparse_distance_matrix(next(trees), reach, output_type="ndarray")
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from workflow.errors import InputError
 from workflow.scene.grains import Discs
@@ -179,6 +178,8 @@ class Heap(Parameters):
 
         turned.terminal, turned.direction = True, 1.0  # type: ignore[attr-defined]
         speed = self.impact_speed if self.start == "pour" else math.sqrt(2.0)
+        from scipy.integrate import solve_ivp  # a quarter of a second that most commands need not pay
+
         found = solve_ivp(
             motion, (0.0, 10.0), [self.reach, -speed], events=turned, rtol=1e-8, atol=1e-10, max_step=0.01 / speed
         )

@@ -57,14 +57,14 @@ def scene_from(values: Mapping[str, Any]) -> Scene:
     return SCENES[name].from_mapping(rest)  # type: ignore[return-value]
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Names and values in a TOML scene file; InputError if it cannot be read."""
+def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --help'") -> dict[str, Any]:
+    """Names and values in a TOML file; InputError if it cannot be read, which says ``what`` it is and where an ``example``."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as fault:
-        raise InputError(f"scene file '{path}' cannot be read: {fault.strerror}; give the path of a TOML file") from fault
+        raise InputError(f"{what} '{path}' cannot be read: {fault.strerror}; give the path of a TOML file") from fault
     except (ValueError, RecursionError) as fault:  # TOML, UTF-8, numbers of thousands of digits, nested without end
-        raise InputError(f"scene file '{path}' is not TOML: {fault}; see 'wf run --help' for an example") from fault
+        raise InputError(f"{what} '{path}' is not TOML: {fault}; see {example} for an example") from fault
 
 
 def to_toml(scene: Scene) -> str:

@@ -96,7 +96,7 @@ def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr
     rows = []
     for case, variant, spp, steps in jobs:
         discs, velocity, spin = case.discs()
-        law = _law(case.law)
+        law = law_of(case.law)
         values = {**law.__dict__, "law": variant.law, "scheme": variant.scheme, "step": case.duration / steps, "steps": steps}
         outcome = run(discs, {**values, "pair_mass": 0.5}, velocity=velocity, spin=spin)
         rows.append(_few(case, variant, spp, case.error(outcome, exact[case.name]), outcome, steps))
@@ -122,10 +122,11 @@ def _few(case: Case, variant: Variant, spp: float, error: float, outcome: Outcom
 def period(case: Case) -> float:
     """Stiffest period of a case, as the step rule of the scenes estimates it."""
     smallest = min(float(group.diameter.min()) for group in case.groups)
-    return 2.0 * math.pi * smallest / math.sqrt(_law(case.law).largest_frequency_per_mass)
+    return 2.0 * math.pi * smallest / math.sqrt(law_of(case.law).largest_frequency_per_mass)
 
 
-def _law(law: dict[str, float]) -> Law:
+def law_of(law: dict[str, float]) -> Law:
+    """A law from those of its coefficients that are not 0."""
     return Law(**{name: law.get(name, 0.0) for name in ("kn", "kt", "zeta", "mu", "f0", "d0", "kr", "mur")})
 
 

@@ -62,5 +62,5 @@ def run_command(command: list[str], folder: Path, environment: dict[str, str] | 
     if child.returncode != 0:
         words = re.search(r"ERROR.*", text + child.stderr)
         last = (child.stderr.strip() or text.strip() or "no message").splitlines()[-1]
-        raise EngineError(f"the benchmark run {' '.join(command[-40:])!r:.200} stopped: {words[0] if words else last}")
+        raise EngineError(f"the run {' '.join(command[-40:])!r:.200} stopped: {words[0] if words else last}")
     return text

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.dumps import read_blocks
+from workflow.archive.dumps import Block, read_blocks
 from workflow.deck.render import data_file, templates
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError, InputError
@@ -70,7 +70,7 @@ def run(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(templates() / "accuracy.in", folder)
-        text = data_file(discs) + ("" if velocity is None else _velocities(velocity, spin))
+        text = data_file(discs) + ("" if velocity is None else velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
         options = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
         try:
@@ -88,7 +88,7 @@ def run(
         numbers = found[-1].split()
         result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
         (block,) = read_blocks(folder / "grains.dump", "ATOMS")
-        return _outcome(dict(zip(block.columns, block.table.T, strict=True)), result, _processor_time(log))
+        return outcome_of(block, result, _processor_time(log))
 
 
 def _processor_time(log: str) -> float:
@@ -98,13 +98,16 @@ def _processor_time(log: str) -> float:
     return loop * float(share[1]) / 100.0 if share and loop > COARSE else loop
 
 
-def _velocities(velocity: Floats, spin: Floats | None) -> str:
+def velocities(velocity: Floats, spin: Floats | None) -> str:
+    """Section Velocities of a data file."""
     turning = np.zeros(len(velocity)) if spin is None else spin
     rows = zip(velocity.tolist(), turning.tolist(), strict=True)
     return "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 {w!r}\n" for k, ((u, v), w) in enumerate(rows, 1))
 
 
-def _outcome(grains: dict[str, Floats], result: dict[str, float], seconds: float) -> Outcome:
+def outcome_of(block: Block, result: dict[str, float], seconds: float) -> Outcome:
+    """The grains of a dump with image flags; ``result`` has the cell lengths lx and ly with all their digits."""
+    grains = dict(zip(block.columns, block.table.T, strict=True))
     cell = np.array([result["lx"], result["ly"]])
     image = np.column_stack((grains["ix"], grains["iy"]))
     position = np.column_stack((grains["x"], grains["y"])) + image * cell

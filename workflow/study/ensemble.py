@@ -13,6 +13,7 @@ import fcntl
 import hashlib
 import json
 import os
+import platform
 import re
 import reprlib
 import shutil
@@ -25,7 +26,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.deck.render import DECK, render
 from workflow.engine import rundir
 from workflow.engine.environment import versions
@@ -76,11 +77,17 @@ class Point:
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a point stands: one of STATUSES, ``reason`` of a failure, ``seconds`` it has run so far."""
+    """Where a point stands: one of STATUSES, ``reason`` it failed or waits, ``seconds`` it has run on ``ranks`` cores."""
 
     status: str
     reason: str | None = None
     seconds: float = 0.0
+    ranks: int = 1
+
+    @property
+    def core_seconds(self) -> float:
+        """What it has cost."""
+        return self.seconds * self.ranks
 
 
 class Study:
@@ -207,16 +214,19 @@ def standing_in(path: str) -> Standing:
         if wrong := rundir.misfit(state):
             raise ValueError(wrong)
         status, reason, seconds = state["status"], state.get("reason"), float(state.get("seconds") or 0.0)
+        ranks = int(state.get("ranks") or 1)
     except (FileNotFoundError, NotADirectoryError):
         return Standing(WAITING)
     except (OSError, ValueError, RecursionError) as fault:
         return Standing(FAILED, f"'{path}/run.json' cannot be read ({fault}); remove the directory to run it again")
     if status == rundir.RUNNING:
-        if alive(state.get("pid")):
-            return Standing(RUNNING, None, _since(state.get("started")))
-        return Standing(INTERRUPTED, "it was killed", seconds)
+        elsewhere = state.get("host") not in (None, platform.node())
+        if elsewhere or alive(state.get("pid")):
+            where = f"on {state['host']}" if elsewhere else None
+            return Standing(RUNNING, where, seconds + _since(state.get("started")), ranks)
+        return Standing(INTERRUPTED, "it was killed", seconds, ranks)
     known = {rundir.PREPARED: WAITING, rundir.FINISHED: DONE, rundir.INTERRUPTED: INTERRUPTED}
-    return Standing(known.get(status, FAILED), reason, seconds)
+    return Standing(known.get(status, FAILED), reason, seconds, ranks)
 
 
 def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
@@ -251,13 +261,13 @@ def remaining(points: Sequence[Point], standings: Sequence[Standing]) -> float |
     for point, now in zip(points, standings, strict=True):
         if now.status == DONE:
             for kind in (str(point.values["scene"]), ""):
-                spent[kind][0] += now.seconds
+                spent[kind][0] += now.core_seconds
                 spent[kind][1] += point.grains
     if not spent:
         return None
     rate = {kind: seconds / grains for kind, (seconds, grains) in spent.items()}
     return sum(
-        max(rate.get(str(point.values["scene"]), rate[""]) * point.grains - now.seconds, 0.0)
+        max(rate.get(str(point.values["scene"]), rate[""]) * point.grains - now.core_seconds, 0.0)
         for point, now in zip(points, standings, strict=True)
         if now.status not in (DONE, FAILED)
     )

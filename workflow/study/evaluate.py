@@ -12,8 +12,8 @@ import numpy as np
 from workflow.analysis.groups import GROUPS, Constants
 from workflow.analysis.heap import dip, mean_profile
 from workflow.analysis.samples import pool
+from workflow.archive.drafts import replacing
 from workflow.archive.read import Archive
-from workflow.archive.write import replacing
 from workflow.engine.collect import constants_of, measures_of, stored_measures
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError

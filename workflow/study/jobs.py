@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import IO, TextIO
 
 from workflow.engine import rundir
-from workflow.engine.launch import die_with_parent
+from workflow.engine.launch import with_parent
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, Claims, Point, Standing, Study, remaining
@@ -46,14 +46,17 @@ class Job:
     begun: float = field(default_factory=time.monotonic)
 
 
-def compute(study: Study, *, jobs: int = 1, retry: bool = False, out: TextIO | None = None) -> Outcome:
-    """Compute what is not done of ``study``, ``jobs`` points at a time; those interrupted go on from their checkpoints.
+def compute(
+    study: Study, *, jobs: int = 1, ranks: int | None = None, retry: bool = False, out: TextIO | None = None
+) -> Outcome:
+    """Compute what is not done of ``study``, ``jobs`` points at a time on ``ranks`` MPI ranks each (None: one, or those it
+    was begun with); those interrupted go on from their checkpoints.
 
     Failed points stay as they are unless ``retry``.  A KeyboardInterrupt stops every job at its next checkpoint, a second
     one at once; the next call continues them.
     """
     with study.claims() as claims:
-        crew = Crew(study, claims, jobs, retry, out or sys.stderr)
+        crew = Crew(study, claims, jobs, ranks, retry, out or sys.stderr)
         try:
             while crew.waiting or crew.running:
                 while crew.waiting and len(crew.running) < crew.jobs:
@@ -70,8 +73,8 @@ def compute(study: Study, *, jobs: int = 1, retry: bool = False, out: TextIO | N
 class Crew:
     """The jobs at work and the points that wait for one."""
 
-    def __init__(self, study: Study, claims: Claims, jobs: int, retry: bool, out: TextIO) -> None:
-        self.study, self.claims, self.jobs, self.out = study, claims, jobs, out
+    def __init__(self, study: Study, claims: Claims, jobs: int, ranks: int | None, retry: bool, out: TextIO) -> None:
+        self.study, self.claims, self.jobs, self.ranks, self.out = study, claims, jobs, ranks, out
         self.standings: dict[str, Standing] = {point.digest: study.standing(point) for point in study.points}
         of = {DONE: 0, FAILED: 0} | {now.status: 0 for now in self.standings.values()}
         for now in self.standings.values():
@@ -91,11 +94,12 @@ class Crew:
             self.outcome.elsewhere += 1
             return
         now = self.study.standing(point)  # another process may have come first
-        if now.status in (DONE, RUNNING):
+        busy = now.status == RUNNING and self.study.directory(point).locked()  # else its machine failed, or its id lives on
+        if now.status == DONE or busy:
             self.claims.give(point)
             self.standings[point.digest] = now
             self.outcome.done += now.status == DONE
-            self.outcome.elsewhere += now.status == RUNNING
+            self.outcome.elsewhere += busy
             return
         try:
             directory = self.study.prepare(point)
@@ -104,8 +108,9 @@ class Crew:
             return
         words = tempfile.TemporaryFile()  # noqa: SIM115  (closed by `look`)
         process = subprocess.Popen(
-            [sys.executable, "-m", "workflow.cli.main", "resume", str(directory.path.resolve())], stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL, stderr=words, start_new_session=True, preexec_fn=die_with_parent,
+            [sys.executable, "-m", "workflow.cli.main", "resume", str(directory.path.resolve()),
+             *(["--ranks", str(self.ranks)] if self.ranks else [])],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=words, start_new_session=True, preexec_fn=with_parent(),
         )  # fmt: skip
         self.running.append(Job(point, directory, process, words, now.seconds))
 
@@ -149,7 +154,7 @@ class Crew:
         parts += [f"{self.outcome.failed} failed"] if self.outcome.failed else []
         parts += [f"{self.outcome.elsewhere} elsewhere"] if self.outcome.elsewhere else []
         if left:
-            hands = max(min(self.jobs, len(self.waiting) + len(self.running)), 1)
+            hands = max(min(self.jobs, len(self.waiting) + len(self.running)), 1) * (self.ranks or 1)
             parts.append(f"left ~{duration(left / hands * (max(self.passed / self.ran, 1.0) if self.ran > 0.0 else 1.0))}")
         return ", ".join(parts)
 

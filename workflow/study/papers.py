@@ -132,7 +132,10 @@ def read_paper(name: str, *, quick: bool = False, samples: int | None = None) ->
     numbers: list[Printed] = []
     cases: dict[tuple[str, str, str], Case] = {}
     titles: dict[str, str] = {}
-    for block in data["block"]:
+    blocks: dict[str, Table] = {}
+    for own in data["block"]:
+        block = {**blocks.get(own.get("like", ""), {}), **own}
+        blocks.setdefault(block["table"], block)
         for r, row in enumerate(block["row"]):
             for c, column in enumerate(block["column"]):
                 case = _case(block, row, column, small, samples)

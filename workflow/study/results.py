@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from workflow.analysis.groups import GROUPS
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.engine.collect import stored_measures
 from workflow.engine.rundir import ARCHIVE
 from workflow.study.ensemble import DONE, Study

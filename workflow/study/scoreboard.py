@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 from workflow.study.papers import Paper, Printed
 from workflow.study.table import write_csv
 
@@ -128,43 +128,74 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
     return {verdict: found[verdict] for verdict in VERDICTS}
 
 
-NOT_THE_SIZE = "**Not the paper's size**: fewer and smaller samples, to see that everything works. Nothing follows from it."
+NOT_THE_SIZE = "Not the paper's size: fewer and smaller samples, to see that everything works. Nothing follows from it."
 HOW = (
     "Ours: mean over samples ± standard error (jackknife), and how many samples of those wanted. Theirs: uncertainty {}. The "
     "difference is in standard errors of both together; within {:g} they agree (with four samples a larger one comes by chance "
     "once in twenty times). Where a side has no uncertainty the other's stands for it; one sample of ours can agree, but is "
     "not enough to differ."
 )
-HEAD = ["| row | column | quantity | ours | samples | theirs | difference | verdict |", "|---|---|---|---|---|---|---|---|"]
 
 
 def markdown(paper: Paper, rows: Sequence[Row], figures: Figures, provenance: Mapping[str, Any]) -> str:
     """The scoreboard for people."""
     lines = [f"# {paper.short}, number by number", "", f"{paper.title}."]
-    lines += ["", NOT_THE_SIZE] if paper.quick else []
-    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts(rows).items())
-    lines += ["", f"{len(rows)} numbers: {verdicts}.", "", HOW.format(paper.uncertainty, BOUND), ""]
-    lines += [f"* {name}: {value}" for name, value in provenance.items()]
-    title = None
-    for row in rows:
-        new = paper.titles[" ".join((row.table, row.row, row.column))]
-        if new != title:
-            title, head = new, f"Table {row.table}" if row.table.isdigit() else row.table.capitalize()
-            lines += ["", f"## {head}: {title}", "", *HEAD]
-        lines.append(_line(row))
+    for text in texts(paper, rows):
+        lines += ["", text]
+    lines += ["", *(f"* {name}: {value}" for name, value in provenance.items())]
+    for heading, table in sections(paper, rows):
+        lines += [
+            "",
+            f"## {heading}",
+            "",
+            _line(table[0]),
+            "|" + "---|" * len(table[0]),
+            *(_line(row.values()) for row in table),
+        ]
     if figures:
         lines += ["", "## Figures", "", "| figure | ours | the paper shows |", "|---|---|---|"]
         lines += [f"| {one['number']} | {_figure(one)} | {one['shows']} |" for one in figures]
     return "\n".join(lines) + "\n"
 
 
-def _line(row: Row) -> str:
+def texts(paper: Paper, rows: Sequence[Row]) -> list[str]:
+    """What stands above the tables: how many numbers have which verdict, and how they are compared."""
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts(rows).items())
+    return [
+        *([NOT_THE_SIZE] if paper.quick else []),
+        f"{len(rows)} numbers: {verdicts}.",
+        HOW.format(paper.uncertainty, BOUND),
+    ]
+
+
+def sections(paper: Paper, rows: Sequence[Row]) -> list[tuple[str, list[dict[str, str]]]]:
+    """The printed tables: heading and lines, each a mapping of the names of its columns to text."""
+    found: list[tuple[str, list[dict[str, str]]]] = []
+    for row in rows:
+        title = paper.titles[" ".join((row.table, row.row, row.column))]
+        heading = f"{f'Table {row.table}' if row.table[0].isdigit() else row.table.capitalize()}: {title}"
+        if not found or found[-1][0] != heading:
+            found.append((heading, []))
+        found[-1][1].append(_cells(row))
+    return found
+
+
+def _cells(row: Row) -> dict[str, str]:
     error = "" if row.standard_error is None else f" ± {row.standard_error:.2g}"
-    ours = "" if row.ours is None else f"{row.ours:.4g}{error}"
     number = f"{row.samples}/{row.wanted}" + (f", {row.samples - row.at_rest} not at rest" if row.at_rest < row.samples else "")
-    far = "" if row.difference is None else f"{row.difference:+.1f}"
-    words = row.verdict + (f": {row.reason}" if row.reason else "")
-    cells = (row.row, row.column, row.quantity, ours, number, theirs(row), far, words)
+    return {
+        "row": row.row,
+        "column": row.column,
+        "quantity": row.quantity,
+        "ours": "" if row.ours is None else f"{row.ours:.4g}{error}",
+        "samples": number,
+        "theirs": theirs(row),
+        "difference": "" if row.difference is None else f"{row.difference:+.1f}",
+        "verdict": row.verdict + (f": {row.reason}" if row.reason else ""),
+    }
+
+
+def _line(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 

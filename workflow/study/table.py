@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.write import replacing
+from workflow.archive.drafts import replacing
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:

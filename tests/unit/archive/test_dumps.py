@@ -5,6 +5,7 @@ import pytest
 from lammps_text import GRAINS, contacts_text, grains_text, random_frame
 
 from workflow.analysis.frame import Contacts, Frame
+from workflow.archive import dumps
 from workflow.archive.dumps import read_blocks, read_frames, read_series
 from workflow.errors import ArchiveError
 
@@ -36,6 +37,21 @@ def test_frames_are_read_bit_for_bit(write):
     assert len(read) == 3
     for a, b in zip(read, frames, strict=True):
         same(a, b)
+
+
+@pytest.mark.parametrize("rows", [1, 5, 12, 13])
+def test_size_of_the_parts_of_a_table_does_not_matter(write, monkeypatch, rows):
+    """A table is turned into numbers part by part; damage is named by its line wherever it is."""
+    frame = random_frame()
+    grains, contacts = grains_text(frame), contacts_text(frame)
+    monkeypatch.setattr(dumps, "ROWS", rows)
+    same(next(read_frames(*write(grains, contacts))), frame)
+    lines = grains.splitlines(keepends=True)
+    head = len(lines) - 12
+    for bad in (head, head + 7, head + 11):
+        damaged = [*lines[:bad], lines[bad].replace(" ", " x", 1), *lines[bad + 1 :]]
+        with pytest.raises(ArchiveError, match=f"line {bad + 1}: expected .* finite numbers"):
+            list(read_frames(*write("".join(damaged) + grains, contacts)))
 
 
 def test_row_order_column_order_pair_order_and_idle_pairs_do_not_matter(write):

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workflow.deck.render import data_file, fill, render, templates, whole
+from workflow.deck import render as render_module
+from workflow.deck.render import data_file, data_parts, fill, render, templates, whole
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
@@ -140,3 +141,14 @@ def test_included_text_stands_where_it_was_asked_for(tmp_path: Path) -> None:
     (tmp_path / "common" / "part.in").write_text("run 1\nrun 2\n")
     (tmp_path / "deck.in").write_text("units lj\ninclude common/part.in\n# include common/part.in\ninclude other.in\n")
     assert whole(tmp_path / "deck.in") == "units lj\nrun 1\nrun 2\n# include common/part.in\ninclude other.in\n"
+
+
+def test_parts_of_a_data_file_are_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the size of the parts, the text is one and the same."""
+    scene = Method2(n=50)
+    whole_text = data_file(scene.discs())
+    for rows in (1, 7, 50, 51):
+        monkeypatch.setattr(render_module, "ROWS", rows)
+        parts = list(data_parts(scene.discs()))
+        assert "".join(parts) == whole_text
+        assert len(parts) == 2 + 2 * -(-50 // rows)

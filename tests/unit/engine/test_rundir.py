@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -60,10 +61,10 @@ def test_create_accepts_an_empty_directory_and_makes_parents(tmp_path: Path) -> 
 
 
 def test_failed_creation_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: RunDirectory, name: str, text: str) -> None:
+    def full(self: RunDirectory, name: str, text: Iterable[str]) -> None:
         if name == "scene.toml":
             raise ArchiveError("no space")
-        (self / name).write_text(text)
+        (self / name).write_text("".join(text))
 
     monkeypatch.setattr(RunDirectory, "write_text", full)
     with pytest.raises(ArchiveError):

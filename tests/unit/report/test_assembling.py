@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def test_figures_are_written_and_repeat(frame: Frame, tmp_path: Path) -> None:
         snapshots(shrunk(frame, [1.0, 0.8], ["free", "settle"]), tmp_path / f"{name}.svg", names=["free", "settle"])
         density_history({"method 2": series}, tmp_path / f"{name}d.svg", stages={"method 2": {1: "aggregate", 2: "load"}})
     for suffix in (".svg", "d.svg"):
-        assert (tmp_path / f"one{suffix}").read_bytes() == (tmp_path / f"two{suffix}").read_bytes()
+        assert filecmp.cmp(tmp_path / f"one{suffix}", tmp_path / f"two{suffix}", shallow=False)
 
 
 def test_nothing_to_draw(tmp_path: Path) -> None:

@@ -11,6 +11,13 @@ ROOT = Path(__file__).resolve().parents[3]
 DECKS = sorted((ROOT / "lammps_inputs").glob("*.in"))
 DECK_PAGE = (ROOT / "lammps_inputs" / "README.md").read_text(encoding="utf-8")
 PLUGIN_PAGE = (ROOT / "docs" / "plugin.md").read_text(encoding="utf-8")
+# the comment above a class that says how it is used in a deck: kind, name, all of it
+_USAGE = re.compile(r"/\* ((pair_style|fix|run_style) (?:ID \S+ )?(disc/\w+|verlet/disc).*?)\n\n", re.DOTALL)
+USAGES = {
+    header.stem: (found[2], found[3], found[1])
+    for header in (ROOT / "plugins").glob("*.h")
+    if (found := _USAGE.search(header.read_text(encoding="utf-8")))
+}
 SECTIONS = dict(re.findall(r"^## (\w+ \S+)\n(.*?)(?=^## |\Z)", PLUGIN_PAGE, re.MULTILINE | re.DOTALL))
 
 
@@ -23,9 +30,8 @@ def test_every_variable_of_a_deck_is_described(deck: Path) -> None:
 
 def test_defaults_in_the_table_of_method1_are_those_of_the_deck() -> None:
     """Rows with as many defaults as names; words and numbers."""
-    deck = dict(
-        re.findall(r"^variable\s+(\w+)\s+index\s+(\S+)", (ROOT / "lammps_inputs" / "method1.in").read_text(), re.MULTILINE)
-    )
+    text = (ROOT / "lammps_inputs" / "method1.in").read_text()
+    deck = dict(reversed(re.findall(r"^variable\s+(\w+)\s+index\s+(\S+)", text, re.MULTILINE)))  # the first of a name
     table = DECK_PAGE[DECK_PAGE.index("## method1.in") : DECK_PAGE.index("## method2.in")]
     compared = 0
     for row in re.findall(r"^\| (`.*) \|$", table, re.MULTILINE):
@@ -42,15 +48,11 @@ def test_defaults_in_the_table_of_method1_are_those_of_the_deck() -> None:
     assert compared == len(deck)
 
 
-@pytest.mark.parametrize("source", sorted((ROOT / "plugins").glob("*.h")), ids=lambda path: path.stem)
-def test_every_style_has_its_section_with_all_its_keywords(source: Path) -> None:
-    """From the comment above a class that says how it is used in a deck."""
-    usage = re.search(r"/\* ((?:pair_style|fix ID \S+|run_style) (disc/\w+|verlet/disc).*?)\n\n", source.read_text(), re.DOTALL)
-    if not usage:
-        pytest.skip("no style")
-    kind = {"p": "pair_style", "f": "fix", "r": "run_style"}[usage[1][0]]
-    section = SECTIONS[f"{kind} {usage[2]}"]
-    for keyword in re.findall(r"\[(\w+)", usage[1]):
+@pytest.mark.parametrize("source", sorted(USAGES))
+def test_every_style_has_its_section_with_all_its_keywords(source: str) -> None:
+    kind, name, usage = USAGES[source]
+    section = SECTIONS[f"{kind} {name}"]
+    for keyword in re.findall(r"\[(\w+)", usage):
         assert re.search(rf"\b{keyword}\b", section), keyword
     for part in ("```", "Example", "**Restrictions.**", "**Default.**"):
         assert part in section, part

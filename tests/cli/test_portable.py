@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from wf_process import ALL_STAGES, QUICK, call
+from wf_process import ALL_STAGES, POURED, QUICK, call
 
 from workflow.archive.dumps import read_series
 from workflow.cli.main import main
@@ -75,6 +75,35 @@ def job(environment: dict[str, str], tmp_path: Path) -> Job:
     return start
 
 
+def assert_same(parts: Path, whole: Path) -> None:
+    """The dumps bit for bit, and the time series but for repeated rows."""
+    for name in filter(lambda name: (whole / name).is_file(), ("grains.dump", "contacts.dump", "tracks.dump")):
+        assert filecmp.cmp(parts / name, whole / name, shallow=False), name
+    one, other = read_series(whole / "series.txt"), read_series(parts / "series.txt")
+    assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+
+
+def wait_for(file: Path, process: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + 60
+    while not file.is_file():
+        assert process.poll() is None, "the job ended before it could be killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_heap_is_killed_while_it_is_poured(tmp_path: Path, job: Job) -> None:
+    whole, parts = (prepare(tmp_path / name, "", *POURED) for name in ("whole", "parts"))
+    assert "finished: stage" in job(whole).communicate(timeout=100)[0]
+    killed = job(parts)
+    wait_for(parts / "checkpoint.1.b", killed)
+    os.killpg(killed.pid, signal.SIGKILL)
+    killed.communicate()
+    text = job(parts).communicate(timeout=100)[0]
+    assert "continuing from checkpoint.1." in text
+    assert "finished: stage" in text
+    assert_same(parts, whole)
+
+
 def test_killed_and_out_of_time_it_gives_what_an_uninterrupted_job_gives(
     cluster: Path, environment: dict[str, str], tmp_path: Path, job: Job
 ) -> None:
@@ -89,10 +118,7 @@ def test_killed_and_out_of_time_it_gives_what_an_uninterrupted_job_gives(
         return job(folder)
 
     killed = job(parts)
-    deadline = time.monotonic() + 60
-    while not (parts / "checkpoint.2.a").is_file():
-        assert killed.poll() is None and time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_for(parts / "checkpoint.2.a", killed)
     os.killpg(killed.pid, signal.SIGKILL)
     killed.communicate()
     for name in ("series.txt", "grains.dump", "contacts.dump"):  # what a kill in the middle of a write leaves
@@ -109,10 +135,7 @@ def test_killed_and_out_of_time_it_gives_what_an_uninterrupted_job_gives(
     text = rerun(parts, 600).communicate(timeout=200)[0]
     assert "continuing from checkpoint." in text
     assert "job.sh: finished: stage 6" in text
-    for name in ("grains.dump", "contacts.dump"):
-        assert filecmp.cmp(parts / name, whole / name, shallow=False), name
-    one, other = read_series(whole / "series.txt"), read_series(parts / "series.txt")
-    assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+    assert_same(parts, whole)
     before = (parts / "log.lammps").stat().st_mtime_ns
     assert "finished already" in job(parts).communicate(timeout=20)[0]
     assert (parts / "log.lammps").stat().st_mtime_ns == before
@@ -124,7 +147,7 @@ def test_built_from_its_source_it_gives_what_wf_run_gives(environment: dict[str,
     run = prepare(tmp_path / AWKWARD, "", *QUICK)
     (run / "plugin" / "discplugin.so").unlink()
     environment["CXXFLAGS"] = "-O0"
-    text = job(run).communicate(timeout=200)[0]
+    text = job(run).communicate(timeout=600)[0]
     assert f"built {run}/plugin/discplugin.so for LAMMPS 22 Jul 2025" in text
     assert "job.sh: finished: stage" in text
     done = call("run", *QUICK, "--out", tmp_path / "ours", cwd=tmp_path)
@@ -170,10 +193,7 @@ def test_a_module_that_does_not_load_is_named(tmp_path: Path, job: Job) -> None:
 def test_stop_file_and_lock(tmp_path: Path, job: Job, capsys: pytest.CaptureFixture[str]) -> None:
     run = prepare(tmp_path / "run", "", "method1", "--n", "1400", "--checkpoint-interval", "0.05")
     first = job(run)
-    deadline = time.monotonic() + 60
-    while not list(run.glob("checkpoint.1.a")):
-        assert first.poll() is None and time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_for(run / "checkpoint.1.a", first)
     assert main(["resume", str(run)]) == 1
     assert "is in use by another wf" in capsys.readouterr().err
     (run / "stop").touch()

@@ -36,8 +36,8 @@ FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "f
 NOTHING = type(None)
 ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "status": ((str,), True), "scene": ((str,), True), "digest": ((str,), True), "versions": ((dict,), True),
-    "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False), "host": ((str,), False),
-    "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
+    "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False),
+    "host": ((str,), False), "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
     "seconds": ((int, float, NOTHING), False), "result": ((dict,), False),
 }  # fmt: skip
 

@@ -16,6 +16,8 @@ import pytest
 from wf_process import WF, kill, record
 
 from workflow.cli.main import main
+from workflow.study.ensemble import Study
+from workflow.study.sweep import read_sweep
 
 Start = Callable[..., "subprocess.Popen[str]"]
 FIXED = 'scene = "method1"\n[fixed]\ncohesion = false\nhold = 1\n'
@@ -162,6 +164,22 @@ def test_two_processes_share_a_study(tmp_path: Path, start: Start) -> None:
     for path in (tmp_path / "study" / "points").iterdir():
         assert record(path)["status"] == "finished"
         assert (path / "log.lammps").read_text().count("\nRESULT ") == 1
+
+
+def test_a_run_that_a_lost_machine_left_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its record says running, elsewhere; but nobody holds its lock."""
+    monkeypatch.chdir(tmp_path)
+    Path("study.toml").write_text(SMALL)
+    study = Study(Path("study"), read_sweep(Path("study.toml")))
+    study.save()
+    run = study.prepare(study.points[0])
+    run.record(status="running", host="node7", pid=1, started="2026-01-01T00:00:00Z", ranks=1)
+    assert study.standing(study.points[0]).reason == "on node7"
+    with run.lock():
+        assert main(["sweep", "study.toml", "--out", "study"]) == 0  # somebody works on it
+        assert record(run.path)["status"] == "running"
+    assert main(["sweep", "study.toml", "--out", "study"]) == 0
+    assert record(run.path)["status"] == "finished"
 
 
 @pytest.mark.parametrize(

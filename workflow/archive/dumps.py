@@ -328,3 +328,17 @@ def read_series(path: PathLike) -> dict[str, Floats]:
         whole(table[:, names.index(name)], f"{path}: {name}")
     new = np.diff(table[:, 0], prepend=-1.0) > 0  # a stage that ends on a row repeats it as the first of the next
     return {name: table[new, k] for k, name in enumerate(names)}
+
+
+def read_last_row(path: PathLike) -> dict[str, Floats]:
+    """The last complete row of a time series, from its first line and its end alone; {} before the first row."""
+    with _open(path) as file:
+        names = file.readline().decode("ascii", "replace").lstrip("# ").split()
+        start = file.tell()
+        end = file.seek(0, os.SEEK_END)
+        file.seek(max(end - 16_384, start))
+        lines = file.read().split(b"\n")[:-1]
+    for line in reversed(lines):
+        if _numeric(line, len(names), finite=False):
+            return {name: np.array([float(word)]) for name, word in zip(names, line.split(), strict=True)}
+    return {}

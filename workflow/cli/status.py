@@ -9,10 +9,12 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from workflow.archive.dumps import read_last_row
 from workflow.cli.options import command
 from workflow.engine.rundir import INTERRUPTED, RUNNING, RunDirectory
 from workflow.engine.watch import describe
 from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.scene.presets import Scene
 from workflow.study import ensemble, slurm
 from workflow.study.ensemble import POINTS, Study, alive, remaining
 
@@ -22,7 +24,7 @@ wf status runs/method1-*     some of them
 wf status runs/study         a study of 'wf sweep' or 'wf reproduce': counts, what runs, what failed and why, core hours
 wf status packing --json     for programs
 """
-MOST_FAILED = 20  # that people see
+MOST = 20  # of those that run, and of those that failed, that people see
 
 
 def declare(commands: Any) -> None:
@@ -67,11 +69,10 @@ def standing(directory: RunDirectory) -> dict[str, Any]:
     status, reason = state["status"], state.get("reason")
     if status == RUNNING and not alive(state.get("pid")):
         status, reason = INTERRUPTED, f"  it was killed; continue with 'wf resume {shlex.quote(str(directory.path))}'"
-    series = directory.series()
     return {
         "directory": str(directory.path),
         "status": status,
-        "progress": describe(series, directory.scene, None) if series else None,
+        "progress": _progress(directory, directory.scene),
         "reason": reason,
         "seconds": state.get("seconds"),
     }
@@ -92,19 +93,19 @@ def _study(path: Path) -> dict[str, Any]:
         "points": [
             {
                 "name": point.name, "label": study.label(point), "status": now.status, "reason": now.reason,
-                "seconds": now.seconds, "progress": _progress(study, point) if now.status == ensemble.RUNNING else None,
+                "seconds": now.seconds,
+                "progress": _progress(study.directory(point), point.scene) if now.status == ensemble.RUNNING else None,
             }
             for point, now in zip(study.points, standings, strict=True)
         ],
     }  # fmt: skip
 
 
-def _progress(study: Study, point: ensemble.Point) -> str | None:
-    directory = study.directory(point)
+def _progress(directory: RunDirectory, scene: Scene) -> str | None:
     try:
-        series = directory.series()
-        return describe(series, directory.scene, None) if series else None
-    except WorkflowError:  # caught in the middle of a write
+        last = read_last_row(directory / "series.txt") if (directory / "series.txt").is_file() else None
+        return describe(last, scene, None) if last else None
+    except (WorkflowError, KeyError):  # caught in the middle of a write
         return None
 
 
@@ -113,14 +114,14 @@ def _block(row: dict[str, Any]) -> str:
     left = row["core_hours_left"]
     cost = f"core hours: {row['core_hours_spent']:.2f} spent, {'unknown' if left is None else f'about {left:.2f}'} left"
     counts = ", ".join(f"{count} {status}" for status, count in row["counts"].items() if count or status == ensemble.DONE)
-    failed = [one for one in row["points"] if one["status"] == ensemble.FAILED]
-    shown = [one for one in row["points"] if one["status"] == ensemble.RUNNING] + failed[:MOST_FAILED]
+    kinds = {kind: [one for one in row["points"] if one["status"] == kind] for kind in (ensemble.RUNNING, ensemble.FAILED)}
+    shown = [one for some in kinds.values() for one in some[:MOST]]
     width = max((len(one["label"]) for one in shown), default=0)
     lines = []
     for one in shown:
         words = one["progress"] or one["reason"] or ""
         lines.append(f"  {one['status']:8s} {one['name']}  {one['label']:{width}s}  {words}")
-    lines += [f"  and {len(failed) - MOST_FAILED} more failed: see --json"] if len(failed) > MOST_FAILED else []
+    lines += [f"  and {len(some) - MOST} more {kind}: see --json" for kind, some in kinds.items() if len(some) > MOST]
     waits = Counter(one["reason"] for one in row["points"] if one["status"] == ensemble.WAITING and one["reason"])
     lines += [f"  {count} waiting {reason}" for reason, count in waits.most_common()]
     lines += [f"  the scheduler was not asked: {row['scheduler']}"] if row["scheduler"] else []

@@ -117,6 +117,8 @@ class Profile:
         if not self.lmp:
             raise InputError("lmp = '' is not allowed: name the LAMMPS program")
         self._launcher()
+        if self.cores_per_node:
+            self._nodes()
 
     def _launcher(self) -> list[str]:
         try:
@@ -148,7 +150,8 @@ class Profile:
             own += [f"-A {self.account}"] if self.account else []
             own += [f"-q {self.partition}"] if self.partition else []
         else:
-            own = [f"-J {name}", f"-o {output}", "-r", f"-n {self.ranks}", f"-W {limit}"]
+            minutes = -(-self.time // 60)
+            own = [f"-J {name}", f"-o {output}", "-r", f"-n {self.ranks}", f"-W {minutes // 60:02d}:{minutes % 60:02d}"]
             own += [f"-P {self.account}"] if self.account else []
             own += [f"-q {self.partition}"] if self.partition else []
         return [f"{mark} {word}" for word in (*own, *more, *self.directives)]
@@ -165,16 +168,20 @@ class Profile:
             "",
         ]
 
-    def _chunks(self) -> str:
-        """PBS: whole nodes where their size is known, single cores wherever they are else."""
-        cores = self.cores_per_node
-        if not cores:
-            return f"select={self.ranks}:ncpus=1:mpiprocs=1"
-        nodes = -(-self.ranks // cores)
+    def _nodes(self) -> int:
+        """Number of nodes that the ranks fill evenly."""
+        nodes = -(-self.ranks // self.cores_per_node)
         if self.ranks % nodes:
             raise InputError(
-                f"ranks = {self.ranks} is not allowed on nodes of {cores} cores: {nodes} nodes must have equal shares"
+                f"ranks = {self.ranks} is not allowed: {nodes} nodes of {self.cores_per_node} must have equal shares"
             )
+        return nodes
+
+    def _chunks(self) -> str:
+        """PBS: whole nodes where their size is known, single cores wherever they are else."""
+        if not self.cores_per_node:
+            return f"select={self.ranks}:ncpus=1:mpiprocs=1"
+        nodes = self._nodes()
         return f"select={nodes}:ncpus={self.ranks // nodes}:mpiprocs={self.ranks // nodes}"
 
 

@@ -37,7 +37,8 @@ NOTHING = type(None)
 ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "status": ((str,), True), "scene": ((str,), True), "digest": ((str,), True), "versions": ((dict,), True),
     "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False),
-    "host": ((str,), False), "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
+    "host": ((str,), False),
+    "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
     "seconds": ((int, float, NOTHING), False), "result": ((dict,), False),
 }  # fmt: skip
 
@@ -160,8 +161,8 @@ class RunDirectory:
     def locked(self) -> bool:
         """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
         try:
-            with open(self / ".lock", "a") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with open(self / ".lock") as file:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except FileNotFoundError:
             return False
         except OSError:

@@ -235,12 +235,13 @@ def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
 
 
 def alive(pid: int | None) -> bool:
-    """True while a process of this machine has the id."""
+    """True while a process of this machine has the id; one that ended but was not waited for has not."""
     try:
         os.kill(pid or 0, 0)
-    except (ProcessLookupError, PermissionError, OverflowError):
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            return file.read().rpartition(b")")[2].split()[0] != b"Z"
+    except (OSError, OverflowError, IndexError):
         return False
-    return bool(pid)
 
 
 def _since(stamp: str | None) -> float:

@@ -10,7 +10,6 @@ run, and how those ended that could not record it.
 from __future__ import annotations
 
 import fcntl
-import getpass
 import json
 import os
 import re
@@ -71,10 +70,12 @@ class Queue:
         found: dict[str, Task] = {}
         for record in sorted(self.folder.glob(f"{JOBS}/*/{ID}")):
             try:
-                number = str(json.loads(record.read_bytes())["id"])
+                number = json.loads(record.read_bytes())["id"]
+                if not re.fullmatch("[0-9]+", number):
+                    raise ValueError(f"id {number!r}")
                 for index, names in enumerate(json.loads(record.with_name(TASKS).read_bytes())["tasks"]):
                     found |= dict.fromkeys(names, (number, index))
-            except (OSError, ValueError, KeyError, TypeError) as fault:
+            except (OSError, ValueError, KeyError, TypeError, RecursionError) as fault:
                 raise WorkflowError(f"'{record.parent}' cannot be read ({fault}); remove it if its jobs have ended") from fault
         return found
 
@@ -195,7 +196,7 @@ def _send(study: Study, profile: Profile, points: Sequence[Point], at_once: int 
         raise
     try:
         with replacing(folder / ID) as draft:
-            draft.write_text(json.dumps({"id": number, "submitted": rundir.timestamp(), "user": getpass.getuser()}) + "\n")
+            draft.write_text(json.dumps({"id": number, "submitted": rundir.timestamp()}) + "\n")
     except WorkflowError:
         _ask("scancel", number)
         raise

@@ -27,12 +27,6 @@ from workflow.study.results import write_results
 
 def main(arguments: Sequence[str]) -> int:
     """Compute the points of one task.  Exit status 0 if none failed and none is left, else 1."""
-    file, index = arguments
-    plan = json.loads(Path(file).read_text(encoding="utf-8"))
-    whole = Study.open(Path(plan["study"]))
-    names = set(plan["tasks"][int(index)])
-    study = Study(whole.folder, [point for point in whole.points if point.name in names])
-    before = progress(study)
     out_of_time = False
 
     def stop(_: int, __: FrameType | None) -> None:
@@ -41,6 +35,12 @@ def main(arguments: Sequence[str]) -> int:
         raise KeyboardInterrupt
 
     signal.signal(signal.SIGUSR1, stop)
+    file, index = arguments
+    plan = json.loads(Path(file).read_text(encoding="utf-8"))
+    whole = Study.open(Path(plan["study"]))
+    names = set(plan["tasks"][int(index)])
+    study = Study(whole.folder, [point for point in whole.points if point.name in names])
+    before = progress(study)
     outcome = compute(study, jobs=plan["jobs"], ranks=plan["ranks"])
     if outcome.interrupted and out_of_time:
         if progress(study) > before:

@@ -81,8 +81,9 @@ def test_what_each_scheduler_is_asked() -> None:
         "#BSUB -R span[ptile=4]",
     ]  # fmt: skip
     assert Profile().launch == []  # one rank needs no launcher
-    with pytest.raises(InputError, match="2 nodes must have equal shares"):
-        Profile(scheduler="pbs", ranks=5, cores_per_node=4).head("x", "")
+    with pytest.raises(InputError, match="2 nodes of 4 must have equal shares"):
+        Profile(scheduler="pbs", ranks=5, cores_per_node=4)
+    assert "#BSUB -W 00:02" in Profile(scheduler="lsf", time=61).head("x", "x.out")  # minutes, rounded up
 
 
 @pytest.mark.parametrize(

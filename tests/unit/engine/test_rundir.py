@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workflow.archive.dumps import read_last_row, read_series
 from workflow.engine import watch
 from workflow.engine.checkpoint import Seals, confirmed, cut_back, damaged, newest, step_of
 from workflow.engine.rundir import RunDirectory, default_directory
@@ -248,3 +249,22 @@ def test_progress_waits_between_lines(run: RunDirectory) -> None:
     for _ in range(5):
         progress.show()
     assert out.getvalue() == ""
+
+
+def test_a_lock_is_seen_from_outside(run: RunDirectory) -> None:
+    assert not run.locked()
+    with run.lock():
+        assert run.locked()
+    assert not run.locked()
+
+
+def test_the_last_row_is_that_of_the_whole_series(run: RunDirectory) -> None:
+    """Also of a long file, and while a row is written."""
+    write_series(run, np.linspace(1.0, 2.0, 3000))
+    whole = {name: values[-1] for name, values in read_series(run / "series.txt").items()}
+    for torn in ("", "30000 1500.5 1 0.5", "# step time"):
+        with open(run / "series.txt", "a") as file:
+            file.write(torn)
+        assert {name: values[-1] for name, values in read_last_row(run / "series.txt").items()} == whole
+    run.write_text("series.txt", "# step time stage\n")
+    assert read_last_row(run / "series.txt") == {}

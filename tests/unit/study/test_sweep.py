@@ -19,7 +19,19 @@ from hypothesis import strategies as st
 from workflow.deck.render import render
 from workflow.errors import ArchiveError, InputError
 from workflow.scene.presets import SCENES, scene_from
-from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, WAITING, Claims, Point, Standing, Study, remaining
+from workflow.study.ensemble import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    RUNNING,
+    WAITING,
+    Claims,
+    Point,
+    Standing,
+    Study,
+    alive,
+    remaining,
+)
 from workflow.study.sweep import points_of, read_sweep
 
 SMALL = {"scene": "method1", "fixed": {"n": 60, "cohesion": False}}
@@ -129,7 +141,10 @@ def test_standing_of_every_kind(study: Study) -> None:
     write_run(study.directory(point[2]).path, point[2].digest, "failed", reason="ERROR: lost atoms")
     write_run(study.directory(point[3]).path, point[3].digest, "running", **mine)
     dead = subprocess.Popen([sys.executable, "-c", ""])
+    os.waitid(os.P_PID, dead.pid, os.WEXITED | os.WNOWAIT)  # it has ended, but its entry stays
+    assert not alive(dead.pid)
     dead.wait()
+    assert not alive(dead.pid)
     write_run(study.directory(point[4]).path, point[4].digest, "running", **{**mine, "pid": dead.pid})
     study.directory(point[5]).path.mkdir()
     (study.directory(point[5]) / "run.json").write_text("{")

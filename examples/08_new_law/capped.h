@@ -1,5 +1,5 @@
-/* The law itself, for one block of pairs: a spring whose force does not grow beyond a cap, as a soft coating would give.
-   Stateless; signs and the names of the block's arrays as in plugins/kernels/sweep.h. */
+/* The law itself, for one block of pairs: a spring whose force does not grow beyond a cap, as a soft coating would
+   give. Stateless; signs and the names of the block's arrays as in plugins/kernels/sweep.h. */
 
 #ifndef CAPPED_H
 #define CAPPED_H

@@ -2,8 +2,8 @@
    pair_style disc/capped
    pair_coeff * * kn K_N cap F
 
-   The law of capped.h as a LAMMPS style in a plugin of its own.  PairDisc brings neighbour lists, contact memory, stress,
-   energy, contact output and restart; it lives in discplugin.so, which LAMMPS loads at start. */
+   The law of capped.h as a LAMMPS style in a plugin of its own.  PairDisc brings neighbour lists, contact memory,
+   stress, energy, contact output and restart; it lives in discplugin.so, which LAMMPS loads at start. */
 
 #include "capped.h"
 #include "lammps_plugin.h"

@@ -17,14 +17,29 @@ from workflow.archive.read import Archive
 from workflow.cli.main import main
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
-# Takes the place of the C library's clock of the day: every look at it is a day before or after the last one.
+# Takes the place of the C library's clock of the day: every look at it is a day before or after the last one.  Not in the
+# engine's own process: MPI (UCX) does not always start under such a clock, and LAMMPS goes by the monotonic one.
 JUMPING = r"""
-#include <dlfcn.h>
+#include <stdio.h>
+#include <string.h>
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
-static long jump() { static long looks = 0; return ++looks % 2 ? 86400 : -86400 * looks; }
+static bool is_engine()
+{
+  char words[4096] = {};
+  FILE *const file = fopen("/proc/self/cmdline", "r");
+  const size_t length = file ? fread(words, 1, sizeof(words), file) : 0;
+  if (file) fclose(file);
+  return memmem(words, length, "engine.child", 12) != nullptr;
+}
+static long jump()
+{
+  static long looks = 0;
+  static const bool steady = is_engine();
+  return steady ? 0 : ++looks % 2 ? 86400 : -86400 * looks;
+}
 extern "C" int clock_gettime(clockid_t id, struct timespec *t)
 {
   const int status = syscall(SYS_clock_gettime, id, t);

@@ -63,7 +63,7 @@ def content(path: Path) -> list[Any]:
 
 
 @pytest.mark.parametrize("kind", ["packing", "heap"])
-@examples(60)
+@examples(35)
 @given(data=st.data())
 def test_a_damaged_archive_gives_an_error_or_what_was_written(
     kind: str, data: st.DataObject, request: pytest.FixtureRequest, tmp_path: Path
@@ -105,7 +105,7 @@ def alter(draw: Callable[..., Any], path: Path) -> None:
                 file[name] = draw(st.sampled_from([7, "x", [0.0, np.nan], np.zeros((2, 2)), h5py.Empty("f8")]))
 
 
-@examples(40)
+@examples(30)
 @given(data=st.data())
 def test_an_altered_archive(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
     run = fresh(data.draw(st.sampled_from([packing, packing, heap])), {})
@@ -116,7 +116,7 @@ def test_an_altered_archive(data: st.DataObject, packing: Path, heap: Path, fres
     wf(words[0], run, *words[1:])
 
 
-@examples(40)
+@examples(25)
 @given(data=st.data())
 def test_dumps_and_series(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
     """The archive is made anew from what the engine wrote; or the series alone is damaged."""
@@ -153,7 +153,7 @@ def _ends(content: bytes) -> list[int]:
     return [*starts[1:], len(content)]
 
 
-@examples(60)
+@examples(40)
 @given(data=st.data())
 def test_dumps_of_other_programs(data: st.DataObject, packing: Path, tmp_path: Path, wf: Wf) -> None:
     names = ["grains.dump", "contacts.dump"]
@@ -187,7 +187,7 @@ def test_any_dump_that_has_the_form_of_one(
     assert len(frames) == 1 and frames[0].grains == len(rows)
 
 
-@examples(40)
+@examples(25)
 @given(data=st.data())
 def test_records(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
     """run.json and the log, as text and as data."""
@@ -201,7 +201,7 @@ def test_records(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, w
     wf(data.draw(st.sampled_from(["measure", "status", "export"])), fresh(source, {name: changed}))
 
 
-@examples(12)
+@examples(6)
 @given(data=st.data())
 def test_damaged_measures_are_measured_anew(data: st.DataObject, packing: Path, fresh: Fresh) -> None:
     """The right answer whatever measures.json says."""
@@ -258,7 +258,7 @@ def test_records_of_studies(data: st.DataObject, packing: Path, tmp_path: Path, 
     wf("status", "study", *data.draw(st.sampled_from([[], ["--json"]])))
 
 
-@examples(40)
+@examples(25)
 @given(data=st.data())
 def test_what_a_run_is_resumed_from(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh) -> None:
     """A restart file is taken only if it is, bit for bit, what was sealed, unless its seal is the one that is damaged."""

@@ -19,7 +19,8 @@ first = next(k for k, line in enumerate(lines) if line.startswith("Atoms")) + 2
 moving = next(k for k, line in enumerate(lines) if line.startswith("Velocities")) + 2
 
 dashpot = 2.0 * zeta * math.sqrt(kn * 0.28)  # at the mean reduced mass
-O.materials.append(ViscElMat(kn=kn, ks=kn, cn=dashpot, cs=0.0, frictionAngle=math.atan(mu), density=1))
+# a contact has the springs and dashpots of its two materials in series: half of each
+O.materials.append(ViscElMat(kn=2 * kn, ks=2 * kn, cn=2 * dashpot, cs=0.0, frictionAngle=math.atan(mu), density=1))
 O.periodic = True
 O.cell.setBox(width, height, 3.0)
 for atom, motion in zip(lines[first : first + count], lines[moving : moving + count], strict=True):

@@ -88,6 +88,68 @@ void PairDisc::settings(int narg, char **arg)
   }
 }
 
+void PairDisc::read_coefficients(int narg, char **arg, const std::vector<Coefficient> &known)
+{
+  const char *const style = force->pair_style;
+  if (narg < 2 || std::string(arg[0]) != "*" || std::string(arg[1]) != "*")
+    error->all(FLERR, "pair_coeff of {} must start with '* *': one material for all grains", style);
+  for (int k = 2; k < narg; k += 2) {
+    const std::string keyword = arg[k];
+    const auto found = std::find_if(known.begin(), known.end(), [&](const auto &one) { return keyword == one.name; });
+    if (found == known.end()) {
+      std::string names;
+      for (const Coefficient &one : known)
+        names += std::string(" ") + one.name;
+      error->all(FLERR, "pair_coeff of {}: unknown keyword '{}'; known are:{}", style, keyword, names);
+    }
+    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of {}: keyword '{}' needs a value", style, keyword);
+    *found->value = utils::numeric(FLERR, arg[k + 1], false, lmp);
+  }
+  allocate();
+}
+
+void PairDisc::allocate()
+{
+  const int n = atom->ntypes + 1;
+  if (!allocated) {
+    memory->create(setflag, n, n, "pair:setflag");
+    memory->create(cutsq, n, n, "pair:cutsq");
+  }
+  allocated = 1;
+  for (int i = 1; i < n; i++)
+    for (int j = i; j < n; j++)
+      setflag[i][j] = 1;
+}
+
+double PairDisc::largest_diameter() const
+{
+  double found = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    found = std::max(found, 2.0 * atom->radius[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_DOUBLE, MPI_MAX, world);
+  return found;
+}
+
+void PairDisc::write_law(FILE *fp, const void *law, size_t bytes) const
+{
+  fwrite(law, bytes, 1, fp);
+  fwrite(&account, sizeof(account), 1, fp);
+  fwrite(&second_order, sizeof(second_order), 1, fp);
+}
+
+void PairDisc::read_law(FILE *fp, void *law, size_t bytes)
+{
+  if (comm->me == 0) {
+    utils::sfread(FLERR, law, bytes, 1, fp, nullptr, error);
+    utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &second_order, sizeof(second_order), 1, fp, nullptr, error);
+  }
+  MPI_Bcast(law, static_cast<int>(bytes), MPI_BYTE, 0, world);
+  MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
+  MPI_Bcast(&second_order, sizeof(second_order), MPI_BYTE, 0, world);
+  allocate();
+}
+
 void PairDisc::init_style()
 {
   if (domain->dimension != 2) error->all(FLERR, "pair_style {} is for discs: use 'dimension 2'", force->pair_style);

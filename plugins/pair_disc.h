@@ -7,12 +7,15 @@
 #include "fix_disc_history.h"
 #include "pair.h"
 
+#include <vector>
+
 namespace LAMMPS_NS
 {
 
-/* What the disc laws of this plugin share: the neighbour list with contact memory, contact output, stress and energy
-   sums. A law derives from it and brings its kernel, its coefficients and its potentials. */
-class PairDisc : public Pair
+/* What the disc laws share: the neighbour list with contact memory, contact output, stress and energy sums, the reading
+   of coefficients.  A law derives from it and brings its kernel, its coefficients and its potentials, in this plugin or
+   in another one (docs/extending.md), to which this class is therefore visible. */
+class __attribute__((visibility("default"))) PairDisc : public Pair
 {
 public:
   enum State { APART = 0, DISTANT = 1, CONTACT = 2 };
@@ -38,6 +41,7 @@ public:
   ~PairDisc() override;
   void settings(int, char **) override;    // [account yes|no] [scheme second|paper]
   void init_style() override;
+  double init_one(int, int) override { return largest_diameter() + range(); }
   double single(int, int, int, int, double, double, double, double &) override;
 
   virtual double range() const = 0;                    // gap up to which the law acts
@@ -72,11 +76,21 @@ public:
   bool wants_stress = false;         // a fix needs force_moment at every step
 
 protected:
+  struct Coefficient {
+    const char *name;
+    double *value;
+  };
+  /* The arguments of pair_coeff, '* * name value ...', into the values of `known`; others stay as they are. */
+  void read_coefficients(int narg, char **arg, const std::vector<Coefficient> &known);
+  void write_law(FILE *, const void *law, size_t bytes) const;    // and the settings, to a restart file
+  void read_law(FILE *, void *law, size_t bytes);
+  double largest_diameter() const;              // of all ranks
   virtual disc::Sums sweep(bool stress) = 0;    // the law's pass over the close pairs
   Interaction geometry(int c) const;
   void evaluate_standing();
   bool counted_once(int j) const;
   void tally_energy();
+  void allocate();
 
   FixDiscHistory *history = nullptr;
   bool account = true;         // sum up what is dissipated

@@ -3,60 +3,35 @@
 #include "pair_disc_cohesive.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
 #include "update.h"
-#include "utils.h"
 
 #include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
 
-namespace
-{
-
-struct Keyword {
-  const char *name;
-  double disc::CohesiveLaw::*value;
-};
-
-constexpr Keyword KEYWORDS[] = {{"kn", &disc::CohesiveLaw::kn},     {"kt", &disc::CohesiveLaw::kt},
-                                {"zeta", &disc::CohesiveLaw::zeta}, {"mu", &disc::CohesiveLaw::mu},
-                                {"f0", &disc::CohesiveLaw::f0},     {"d0", &disc::CohesiveLaw::d0},
-                                {"kr", &disc::CohesiveLaw::kr},     {"mur", &disc::CohesiveLaw::mur}};
-
-}    // namespace
-
 /* ---- coefficients ---- */
+
+std::vector<PairDisc::Coefficient> PairDiscCohesive::coefficients()
+{
+  return {{"kn", &law.kn}, {"kt", &law.kt}, {"zeta", &law.zeta}, {"mu", &law.mu},
+          {"f0", &law.f0}, {"d0", &law.d0}, {"kr", &law.kr},     {"mur", &law.mur}};
+}
 
 void PairDiscCohesive::coeff(int narg, char **arg)
 {
-  if (narg < 2 || strcmp(arg[0], "*") != 0 || strcmp(arg[1], "*") != 0)
-    error->all(FLERR, "pair_coeff of disc/cohesive must start with '* *': one material for all grains");
   law = disc::CohesiveLaw();
-  for (int k = 2; k < narg; k += 2) {
-    double disc::CohesiveLaw::*value = nullptr;
-    for (const Keyword &keyword : KEYWORDS)
-      if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
-    if (!value)
-      error->all(FLERR, "pair_coeff of disc/cohesive: unknown keyword '{}'; known are: kn kt zeta mu f0 d0 kr mur",
-                 arg[k]);
-    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of disc/cohesive: keyword '{}' needs a value", arg[k]);
-    law.*value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-  }
+  read_coefficients(narg, arg, coefficients());
   check();
-  allocate();
 }
 
-void PairDiscCohesive::check() const
+void PairDiscCohesive::check()
 {
-  for (const Keyword &keyword : KEYWORDS)
-    if (!(law.*(keyword.value) >= 0.0))
-      error->all(FLERR, "pair_coeff of disc/cohesive: {} = {} must not be negative", keyword.name,
-                 law.*(keyword.value));
+  for (const Coefficient &one : coefficients())
+    if (!(*one.value >= 0.0))
+      error->all(FLERR, "pair_coeff of disc/cohesive: {} = {} must not be negative", one.name, *one.value);
   const struct {
     bool wrong;
     const char *needed, *why;
@@ -70,19 +45,6 @@ void PairDiscCohesive::check() const
                  rule.why);
 }
 
-void PairDiscCohesive::allocate()
-{
-  const int n = atom->ntypes + 1;
-  if (!allocated) {
-    memory->create(setflag, n, n, "pair:setflag");
-    memory->create(cutsq, n, n, "pair:cutsq");
-  }
-  allocated = 1;
-  for (int i = 1; i < n; i++)
-    for (int j = i; j < n; j++)
-      setflag[i][j] = 1;
-}
-
 void PairDiscCohesive::init_style()
 {
   PairDisc::init_style();
@@ -91,41 +53,12 @@ void PairDiscCohesive::init_style()
   if (!allocated) error->all(FLERR, "pair_style disc/cohesive has no coefficients: use 'pair_coeff * * kn ...'");
 }
 
-double PairDiscCohesive::init_one(int, int)
-{
-  double largest = 0.0;
-  for (int i = 0; i < atom->nlocal; i++)
-    largest = std::fmax(largest, atom->radius[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  return 2.0 * largest + law.range();
-}
-
 void *PairDiscCohesive::extract(const char *name, int &dim)
 {
   dim = 0;
-  for (const Keyword &keyword : KEYWORDS)
-    if (strcmp(name, keyword.name) == 0) return &(law.*(keyword.value));
+  for (const Coefficient &one : coefficients())
+    if (strcmp(name, one.name) == 0) return one.value;
   return nullptr;
-}
-
-void PairDiscCohesive::write_restart(FILE *fp)
-{
-  fwrite(&law, sizeof(law), 1, fp);
-  fwrite(&account, sizeof(account), 1, fp);
-  fwrite(&second_order, sizeof(second_order), 1, fp);
-}
-
-void PairDiscCohesive::read_restart(FILE *fp)
-{
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &law, sizeof(law), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &second_order, sizeof(second_order), 1, fp, nullptr, error);
-  }
-  MPI_Bcast(&law, sizeof(law), MPI_BYTE, 0, world);
-  MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
-  MPI_Bcast(&second_order, sizeof(second_order), MPI_BYTE, 0, world);
-  allocate();
 }
 
 /* ---- the loop ---- */

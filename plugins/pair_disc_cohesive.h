@@ -20,9 +20,8 @@ public:
   explicit PairDiscCohesive(class LAMMPS *lmp) : PairDisc(lmp) {}
   void coeff(int, char **) override;
   void init_style() override;
-  double init_one(int, int) override;
-  void write_restart(FILE *) override;
-  void read_restart(FILE *) override;
+  void write_restart(FILE *fp) override { write_law(fp, &law, sizeof(law)); }
+  void read_restart(FILE *fp) override { read_law(fp, &law, sizeof(law)); }
   void *extract(const char *, int &) override;
 
   double range() const override { return law.range(); }
@@ -37,8 +36,8 @@ private:
   disc::Sums kernel(bool stress);
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;
-  void check() const;
-  void allocate();
+  std::vector<Coefficient> coefficients();
+  void check();
 
   disc::CohesiveLaw law;
 };

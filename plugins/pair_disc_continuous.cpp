@@ -3,60 +3,30 @@
 #include "pair_disc_continuous.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
 #include "update.h"
-#include "utils.h"
 
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
-using disc::ContinuousLaw;
-
-namespace
-{
-
-struct Keyword {
-  const char *name;
-  double ContinuousLaw::*value;
-};
-
-constexpr Keyword KEYWORDS[] = {{"force", &ContinuousLaw::force},
-                                {"index", &ContinuousLaw::index},
-                                {"cutoff", &ContinuousLaw::cutoff},
-                                {"hooke", &ContinuousLaw::hooke},
-                                {"mu", &ContinuousLaw::mu},
-                                {"alpha", &ContinuousLaw::alpha},
-                                {"damping", &ContinuousLaw::damping},
-                                {"printed_rotation", &ContinuousLaw::printed_rotation},
-                                {"printed_damping", &ContinuousLaw::printed_damping}};
-
-}    // namespace
 
 /* ---- coefficients ---- */
 
 void PairDiscContinuous::coeff(int narg, char **arg)
 {
-  if (narg < 2 || strcmp(arg[0], "*") != 0 || strcmp(arg[1], "*") != 0)
-    error->all(FLERR, "pair_coeff of disc/continuous must start with '* *': one material for all grains");
-  law = ContinuousLaw();
-  for (int k = 2; k < narg; k += 2) {
-    double ContinuousLaw::*value = nullptr;
-    for (const Keyword &keyword : KEYWORDS)
-      if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
-    if (!value)
-      error->all(FLERR,
-                 "pair_coeff of disc/continuous: unknown keyword '{}'; known are: force index cutoff hooke mu alpha "
-                 "damping printed_rotation printed_damping",
-                 arg[k]);
-    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of disc/continuous: keyword '{}' needs a value", arg[k]);
-    law.*value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-  }
+  law = disc::ContinuousLaw();
+  read_coefficients(narg, arg,
+                    {{"force", &law.force},
+                     {"index", &law.index},
+                     {"cutoff", &law.cutoff},
+                     {"hooke", &law.hooke},
+                     {"mu", &law.mu},
+                     {"alpha", &law.alpha},
+                     {"damping", &law.damping},
+                     {"printed_rotation", &law.printed_rotation},
+                     {"printed_damping", &law.printed_damping}});
   check();
-  allocate();
 }
 
 void PairDiscContinuous::check() const
@@ -81,19 +51,6 @@ void PairDiscContinuous::check() const
                  flag);
 }
 
-void PairDiscContinuous::allocate()
-{
-  const int n = atom->ntypes + 1;
-  if (!allocated) {
-    memory->create(setflag, n, n, "pair:setflag");
-    memory->create(cutsq, n, n, "pair:cutsq");
-  }
-  allocated = 1;
-  for (int i = 1; i < n; i++)
-    for (int j = i; j < n; j++)
-      setflag[i][j] = 1;
-}
-
 void PairDiscContinuous::init_style()
 {
   largest = largest_diameter();
@@ -103,36 +60,7 @@ void PairDiscContinuous::init_style()
   if (!allocated) error->all(FLERR, "pair_style disc/continuous has no coefficients: use 'pair_coeff * * index ...'");
 }
 
-double PairDiscContinuous::largest_diameter() const
-{
-  double found = 0.0;
-  for (int i = 0; i < atom->nlocal; i++)
-    found = std::max(found, 2.0 * atom->radius[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_DOUBLE, MPI_MAX, world);
-  return found;
-}
-
 double PairDiscContinuous::init_one(int, int) { return law.reach() * largest; }
-
-void PairDiscContinuous::write_restart(FILE *fp)
-{
-  fwrite(&law, sizeof(law), 1, fp);
-  fwrite(&account, sizeof(account), 1, fp);
-  fwrite(&second_order, sizeof(second_order), 1, fp);
-}
-
-void PairDiscContinuous::read_restart(FILE *fp)
-{
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &law, sizeof(law), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &account, sizeof(account), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &second_order, sizeof(second_order), 1, fp, nullptr, error);
-  }
-  MPI_Bcast(&law, sizeof(law), MPI_BYTE, 0, world);
-  MPI_Bcast(&account, sizeof(account), MPI_BYTE, 0, world);
-  MPI_Bcast(&second_order, sizeof(second_order), MPI_BYTE, 0, world);
-  allocate();
-}
 
 /* ---- the loop ---- */
 

@@ -23,8 +23,8 @@ public:
   void init_style() override;
   double init_one(int, int) override;
   void compute(int, int) override;
-  void write_restart(FILE *) override;
-  void read_restart(FILE *) override;
+  void write_restart(FILE *fp) override { write_law(fp, &law, sizeof(law)); }
+  void read_restart(FILE *fp) override { read_law(fp, &law, sizeof(law)); }
 
   double range() const override { return (law.reach() - 1.0) * largest; }    // of the largest pair
   double viscosity(int i, int j) const override;
@@ -38,8 +38,6 @@ private:
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;
   void check() const;
-  void allocate();
-  double largest_diameter() const;
 
   disc::ContinuousLaw law;
   double largest = 0.0;    // diameter at the last init; no grain that comes later may be larger

@@ -6,12 +6,11 @@
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
 #include "fix_disc_stiffen.h"
+#include "lammps_plugin.h"
 #include "pair_disc_cohesive.h"
 #include "pair_disc_continuous.h"
 #include "pair_disc_tail.h"
 #include "run_disc.h"
-
-#include <dlfcn.h>
 
 #if defined(LAMMPS_SMALLBIG)
 #define DISC_SIZES "smallbig"
@@ -29,21 +28,6 @@
 
 using namespace LAMMPS_NS;
 
-/* The record that LAMMPS's plugin loader expects; its header is not part of the installed engine. */
-extern "C" {
-struct lammpsplugin_t {
-  const char *version, *style, *name, *info, *author;
-  union {
-    void *(*v1)(LAMMPS *);
-    void *(*v2)(LAMMPS *, int, char **);
-  } creator;
-  void *handle;
-};
-using lammpsplugin_regfunc = void (*)(lammpsplugin_t *, void *);
-
-__attribute__((visibility("default"))) void lammpsplugin_init(void *lmp, void *handle, void *regfunc);
-}
-
 /* Read from the file's bytes by the Python side, which compares it with the installed engine before anything loads. */
 extern "C" {
 __attribute__((visibility("default"))) extern const char disc_plugin_built_for[];
@@ -54,8 +38,6 @@ const char disc_plugin_built_for[] =
 namespace
 {
 
-template <class Style> void *create_pair(LAMMPS *lmp) { return static_cast<Pair *>(new Style(lmp)); }
-
 template <class Style> void *create_fix(LAMMPS *lmp, int narg, char **arg)
 {
   return static_cast<Fix *>(new Style(lmp, narg, arg));
@@ -64,13 +46,6 @@ template <class Style> void *create_fix(LAMMPS *lmp, int narg, char **arg)
 template <class Style> void *create_run(LAMMPS *lmp, int narg, char **arg)
 {
   return static_cast<Integrate *>(new Style(lmp, narg, arg));
-}
-
-/* LAMMPS unloads plugins while styles made from them are still alive; code that stays mapped makes that harmless. */
-void stay_loaded()
-{
-  Dl_info self;
-  if (dladdr(reinterpret_cast<void *>(&lammpsplugin_init), &self)) dlopen(self.dli_fname, RTLD_NOW | RTLD_NODELETE);
 }
 
 }    // namespace

@@ -81,3 +81,20 @@ def test_bench_wants_a_packing_that_stays_together(wf: Wf) -> None:
     assert wf("deck", "method1", "--n", "60", "--out", "cohesive").returncode == 0
     done = wf("bench", "cohesive")
     assert done.returncode == 2 and "--no-cohesion" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--n", "10"], "--n '10' is not allowed: give whole numbers of at least 2000"),
+        (["--n", "many"], "--n 'many' is not allowed"),
+        (["--state", "heap"], "--state 'heap' is not known; known are: gas, dense"),
+        (["--ranks", "2"], "give 1 too"),
+        (["--steps", "0"], "must be above 0"),
+        (["--out", "."], "is not empty"),
+    ],
+)
+def test_scale_refuses(words: list[str], message: str, wf: Wf, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = wf("scale", *words)
+    assert done.returncode == 2 and message in done.stderr

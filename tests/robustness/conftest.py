@@ -1,41 +1,22 @@
-"""Runs to damage, and reading with a deadline."""
+"""Runs to damage, and the command line that reads them."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import shutil
-import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import pytest
-from mutations import SENTINEL
+from mutations import SENTINEL, deadline
 
 from workflow.cli.main import main
 
-DEADLINE = 20.0  # seconds that no reader may take for files of a few kilobytes; it takes milliseconds
 PACKING = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1", "--frame-interval", "8"]
 HEAP = ["heap", "--grains", "20", "--drop-height", "12", "--base-half-width", "5", "--feed-half-width", "2", "--frame-interval",
         "12", "--checkpoint-interval", "10"]  # fmt: skip
-
-
-@contextlib.contextmanager
-def deadline() -> Iterator[None]:
-    """A hang is a failure, not the end of the tests."""
-
-    def late(number: int, frame: FrameType | None) -> None:
-        raise AssertionError(f"no answer within {DEADLINE:g} s")
-
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, DEADLINE)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture

@@ -1,11 +1,16 @@
-"""Damage, as disks, editors, half-finished copies and strangers do it."""
+"""Damage, as disks, editors, half-finished copies and strangers do it, and a deadline for those who read it."""
 
 from __future__ import annotations
 
+import contextlib
+import signal
+from collections.abc import Iterator
+from types import FrameType
 from typing import Any
 
 from hypothesis import strategies as st
 
+DEADLINE = 20.0  # seconds that no reader may take for files of a few kilobytes; it takes milliseconds
 SENTINEL = "pwned"  # a file that appears if anything in a data file is ever executed
 WORDS = [
     "nan", "inf", "-inf", "1e308", "1e400", "-1", "0", "0.5", "", "x", "é", "\0", "9" * 25, "1" * 5000, "true", "null", "[]",
@@ -79,3 +84,19 @@ def replaced(draw: st.DrawFn, document: Any) -> Any:
     else:
         place[path[-1]] = draw(st.sampled_from(VALUES))
     return document
+
+
+@contextlib.contextmanager
+def deadline() -> Iterator[None]:
+    """A hang is a failure, not the end of the tests."""
+
+    def late(number: int, frame: FrameType | None) -> None:
+        raise AssertionError(f"no answer within {DEADLINE:g} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, DEADLINE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

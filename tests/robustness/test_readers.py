@@ -20,10 +20,9 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from conftest import DEADLINE, deadline
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mutations import VALUES, edited, flipped, replaced
+from mutations import DEADLINE, VALUES, deadline, edited, flipped, replaced
 
 import workflow
 from workflow.archive.dumps import read_blocks, read_frames, read_series

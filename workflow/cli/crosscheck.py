@@ -22,7 +22,7 @@ from workflow.study.peers import PEERS, prepare
 from workflow.study.table import write_csv
 
 EXAMPLES = """
-wf crosscheck                                a few discs, and packings of 400 grains from three seeds
+wf crosscheck                                a few discs, and packings of 400 grains from three seeds: ten minutes
 wf crosscheck --parts few                    two or three discs only, a minute
 wf crosscheck --n 1400 --seeds 1,2,3,4,5     larger packings (hours)
 wf crosscheck --deck-only --out decks        the decks of LIGGGHTS and YADE, nothing run
@@ -131,7 +131,7 @@ def packing_table(rows: Sequence[Packed]) -> list[str]:
     if not rows:
         return []
     lines, found = (
-        ["", f"packings of {rows[0].n} grains, {len({row.seed for row in rows})} seeds: mean +- standard error"],
+        ["", f"packings of {rows[0].n} grains, {len({row.seed for row in rows})} seed(s): mean +- standard error"],
         means(rows),
     )
     for number in dict.fromkeys(mean.number for mean in found):
@@ -146,5 +146,8 @@ def packing_table(rows: Sequence[Packed]) -> list[str]:
 
 
 def _line(mean: Mean) -> str:
-    value, apart = f"{mean.mean:.4f} +- {mean.error:.4f}", f"{mean.difference:+.4f} +- {mean.difference_error:.4f}"
-    return f"  {mean.engine:24s}{value:>22s}{apart if mean.difference else '':>24s}"
+    def shown(value: float, error: float | None, sign: str = "") -> str:
+        return f"{value:{sign}.4f}" + (f" +- {error:.4f}" if error is not None else "")
+
+    apart = shown(mean.difference, mean.difference_error, "+") if mean.difference else ""
+    return f"  {mean.engine:24s}{shown(mean.mean, mean.error):>22s}{apart:>24s}"

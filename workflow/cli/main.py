@@ -10,6 +10,7 @@ from importlib import import_module
 
 from workflow import __version__
 from workflow.errors import WorkflowError
+from workflow.scene.presets import load_scenes
 
 COMMANDS = (
     "run", "resume", "deck", "measure", "plot", "report", "export", "sweep", "reproduce", "status", "verify", "bench",
@@ -33,8 +34,9 @@ def parser(chosen: str | None = None) -> argparse.ArgumentParser:
 def main(words: list[str] | None = None) -> int:
     """Run one command; errors meant for the user become one message on stderr."""
     words = sys.argv[1:] if words is None else words
-    arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)
     try:
+        load_scenes()
+        arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)
         return int(arguments.action(arguments) or 0)
     except WorkflowError as fault:
         print(f"wf: {fault}", file=sys.stderr)

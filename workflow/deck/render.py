@@ -15,6 +15,7 @@ import numpy as np
 
 from workflow.errors import InputError
 from workflow.scene.grains import Discs
+from workflow.scene.packing import Packing
 from workflow.scene.presets import Scene
 
 DECK = "deck.in"
@@ -36,13 +37,21 @@ def templates() -> Path:
 
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
-    return fill(whole(templates() / f"{scene.name}.in"), {**scene.variables(), "data": DATA})
+    template = (isinstance(scene, Packing) and scene.template) or templates() / f"{scene.name}.in"
+    return fill(whole(template), {**scene.variables(), "data": DATA})
 
 
 def whole(path: Path) -> str:
-    """The template with the files it includes put in their places: a run directory needs no other file."""
-    text = path.read_text(encoding="utf-8")
-    return _INCLUDE.sub(lambda match: (path.parent / match[1]).read_text(encoding="utf-8").rstrip("\n"), text)
+    """The template with the files it includes put in their places: a run directory needs no other file.  They lie beside
+    the template, or in the package.  Raises InputError if one cannot be read."""
+
+    def read(*places: Path) -> str:
+        try:
+            return next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
+        except (StopIteration, OSError, ValueError):
+            raise InputError(f"deck template '{places[0]}' cannot be read; give a text file") from None
+
+    return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), read(path)) + "\n"
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,10 @@ MEASURES, CHECKSUM = "measures.json", "checksum"
 def collect(directory: RunDirectory) -> dict[str, Any]:
     """Write the archive and the measures of the last frame from what the engine wrote."""
     write(directory)
-    measures = measures_of(directory)
+    return _store(directory, measures_of(directory))
+
+
+def _store(directory: RunDirectory, measures: dict[str, Any]) -> dict[str, Any]:
     directory.write_text(MEASURES, json.dumps({**measures, CHECKSUM: _checksum(measures)}, indent=1) + "\n")
     return measures
 
@@ -64,14 +68,18 @@ def dump_sizes(directory: RunDirectory) -> dict[str, int]:
 
 
 def stored_measures(directory: RunDirectory) -> dict[str, Any]:
-    """The measures of the last frame: those in measures.json if its checksum is right, else measured anew."""
+    """The measures of the last frame: those in measures.json if its checksum is right, else measured anew, and kept if the
+    directory can be written."""
     try:
         known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
         if isinstance(known, dict) and known.pop(CHECKSUM, None) == _checksum(known):
             return known
     except (OSError, ValueError, RecursionError):
         pass
-    return measures_of(directory)
+    measures = measures_of(directory)
+    with suppress(ArchiveError):
+        _store(directory, measures)
+    return measures
 
 
 def _checksum(measures: dict[str, Any]) -> str:

@@ -13,8 +13,8 @@ from workflow.scene.packing import Packing
 class Method1(Packing):
     """Scene `method1`."""
 
-    name = "method1"
-    title = "compression of a granular gas under constant stress (G07 method 1)"
+    name: ClassVar[str] = "method1"
+    title: ClassVar[str] = "compression of a granular gas under constant stress (G07 method 1)"
     stages: ClassVar[dict[int, str]] = {1: "compress", 2: "settle"}
     dragged = ("settle",)
     relaxations = (("compress", "settle"),)

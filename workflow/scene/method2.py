@@ -30,8 +30,8 @@ class Method2(Packing):
     drag), 6 settle (drag, to equilibrium).  With drag = 0 the same stages wait for equilibrium without help.
     """
 
-    name = "method2"
-    title = "aggregation of a granular gas, relaxation and loading (G07 method 2)"
+    name: ClassVar[str] = "method2"
+    title: ClassVar[str] = "aggregation of a granular gas, relaxation and loading (G07 method 2)"
     stages: ClassVar[dict[int, str]] = {1: "aggregate", 2: "relax", 3: "free", 4: "stiffen", 5: "load", 6: "settle"}
     dragged = ("relax", "free", "stiffen", "settle")
     relaxations = (("aggregate", "relax"), ("load", "settle"))

@@ -7,6 +7,7 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,12 +25,13 @@ DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell
 class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
 
-    ``stages``: names of the deck's stages by number; ``dragged``: those with drag; ``relaxations``: (stage before, stage
-    with drag), pairs that show what the drag did.
+    ``template``: the deck, None for that of this name in lammps_inputs/.  ``stages``: names of the deck's stages by number;
+    ``dragged``: those with drag; ``relaxations``: (stage before, stage with drag), pairs that show what the drag did.
     """
 
-    name = ""
-    title = ""
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    template: ClassVar[Path | None] = None
     stages: ClassVar[dict[int, str]] = {}
     dragged: ClassVar[tuple[str, ...]] = ()
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
@@ -95,6 +97,11 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
     def step_choice(self) -> Step:
         """The time step with its reason."""
         return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
+
+    @property
+    def compression_time(self) -> float:
+        """Time that a compression takes at least, 0 where there is none [T0]."""
+        return 0.0
 
     def step_of(self, stage: str) -> Step:
         """The time step of a stage; one step for all unless stiffness or speeds change on the way."""

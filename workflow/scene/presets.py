@@ -1,9 +1,12 @@
-"""The scenes by name, and their TOML form."""
+"""The scenes by name, those of other people's files among them, and their TOML form."""
 
 from __future__ import annotations
 
+import os
+import sys
 import tomllib
 from collections.abc import Mapping
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +16,34 @@ from workflow.errors import InputError
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
+from workflow.scene.packing import Packing
 from workflow.scene.quantity import unknown_name
 
-Packed = Method1 | Method2  # the scenes that assemble a packing
-Scene = Method1 | Method2 | Heap
+Packed = Packing  # the scenes that assemble a packing
+Scene = Packing | Heap
 SCENES: dict[str, type[Scene]] = {Method1.name: Method1, Method2.name: Method2, Heap.name: Heap}
+SCENES_VARIABLE = "WORKFLOW_SCENES"  # Python files with further scenes, separated as in PATH
+
+
+def load_scenes() -> None:
+    """Add the scenes of the files in WORKFLOW_SCENES: the classes in their list SCENES (docs/extending.md).
+
+    Raises InputError for a file that cannot be read, fails, or has no such list.
+    """
+    for path in filter(None, os.environ.get(SCENES_VARIABLE, "").split(os.pathsep)):
+        try:
+            spec = spec_from_file_location(f"{SCENES_VARIABLE}.{Path(path).stem}", path)
+            assert spec and spec.loader, "no file of Python"
+            module = sys.modules[spec.name] = module_from_spec(spec)
+            spec.loader.exec_module(module)
+            found = list(module.SCENES)
+        except Exception as fault:  # whatever somebody's file may do
+            words = f"{type(fault).__name__}: {fault}"
+            raise InputError(f"{SCENES_VARIABLE}: '{path}' gives no scenes ({words}); it must have a list SCENES") from fault
+        for scene in found:
+            if not (isinstance(scene, type) and issubclass(scene, Packing) and scene.name and scene.template):
+                raise InputError(f"{SCENES_VARIABLE}: {scene!r} in '{path}' is no Packing with name and template")
+            SCENES[scene.name] = scene
 
 
 def scene_from(values: Mapping[str, Any]) -> Scene:

@@ -70,15 +70,15 @@ class Packed:
 @dataclass(frozen=True)
 class Mean:
     """Over seeds: mean of a number of `Packed`, its standard error, and the mean difference to the exact law from the same
-    grains with its standard error (0 for one seed)."""
+    grains with its standard error (None for one seed)."""
 
     engine: str
     number: str
     seeds: int
     mean: float
-    error: float
+    error: float | None
     difference: float
-    difference_error: float
+    difference_error: float | None
 
 
 def grains(scene: Method1) -> Discs:
@@ -207,7 +207,6 @@ def means(rows: Sequence[Packed]) -> list[Mean]:
     return result
 
 
-def _mean(values: Floats) -> tuple[float, float]:
+def _mean(values: Floats) -> tuple[float, float | None]:
     """Mean and its standard error."""
-    scatter = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-    return float(values.mean()), scatter / math.sqrt(len(values))
+    return float(values.mean()), float(values.std(ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else None

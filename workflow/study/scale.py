@@ -288,9 +288,9 @@ class Estimate:
     """What a scene of ``n`` grains on ``ranks`` ranks would need if every number grew as it should.
 
     ``memory_GB`` and ``ghosts`` of a rank; ``sent_kB`` by a rank in a step, both ways, if all its ghosts act, and
-    ``sent_MB_per_second`` at its pace; ``seconds_per_million_steps``; ``data_GB``; ``frame_GB`` as the engine's text and
-    ``archive_GB`` of a frame; ``restart_GB`` and ``restart_seconds`` through one rank as measured, ``restart_seconds_parallel``
-    on a file system of ``bandwidth`` [GB/s]; ``frame_seconds``: at most, through one rank.
+    ``sent_MB_per_second`` at its pace; ``seconds_per_million_steps`` of the processor alone; ``data_GB``; ``frame_GB`` as
+    the engine's text, and ``archive_GB``; ``restart_GB``, ``restart_seconds`` through one rank as measured, and
+    ``restart_seconds_parallel`` on a file system of ``bandwidth`` [GB/s]; ``frame_seconds``: at most, through one rank.
     """
 
     state: str
@@ -322,7 +322,8 @@ def estimate(rows: Sequence[Stage], n: int, ranks: int, bandwidth: float) -> Est
     table = {(row.stage, row.ranks): row for row in rows if row.n == largest}
     loop, single, start, save = table[LOOP, most], table[LOOP, 1], table[START, most], table[SAVE, most]
     share, more = n / ranks, n / largest
-    pace = (loop.ns_per_grain_step or 0.0) * most * share * 1e-9  # seconds of a step
+    busy = single.processor_seconds / single.seconds if single.seconds else 1.0  # a busy machine lengthens the clock alone
+    pace = (single.ns_per_grain_step or 0.0) * busy * share * 1e-9  # seconds of a step
     empty = loop.peak_GB - loop.bytes_per_grain * largest / most / GB
     ghosts = (single.ghosts or 0.0) * math.sqrt(share / largest)
     restart = more * (save.MB or 0.0) / 1e3

@@ -102,6 +102,7 @@ def test_differences_are_taken_seed_by_seed() -> None:
     assert (ours.mean, ours.difference, ours.difference_error) == (3.0, 0.0, 0.0)
     assert ours.error == pytest.approx(1.0)  # values 2 and 4: deviation sqrt(2), over sqrt(2)
     assert theirs.difference == pytest.approx(0.2) and theirs.difference_error == pytest.approx(0.1)
+    assert {mean.error for mean in means(rows[:1])} == {None}  # one seed says nothing of the scatter
 
 
 @needs("liggghts")

@@ -1,0 +1,83 @@
+"""Compile the law, let two discs collide, compare with the closed form and with the reference integrator."""
+
+import math
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workflow.engine.environment import engine, python_child
+from workflow.reference.discs import Discs
+from workflow.reference.integrate import integrate
+from workflow.reference.law import CONTACT, CohesiveLaw
+
+HERE = Path(__file__).resolve().parent
+PLUGIN = HERE.parents[1] / "plugins"  # headers; of an installed package they are beside it
+SPEED, KN, CAP, STEP = 1.0, 1e4, 20.0, 1e-5
+REDUCED = 0.5  # mass of two discs of mass 1
+
+
+def build() -> None:
+    """cappedplugin.so in this directory: one file, compiled like the package's own plugin."""
+    done = subprocess.run([sys.executable, PLUGIN / "where.py"], capture_output=True, text=True, check=True)
+    _, lammps, mpi = done.stdout.strip().split(";")
+    subprocess.run(
+        ["c++", "-std=c++17", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-DLAMMPS_SMALLBIG",
+         "-isystem", lammps, "-isystem", mpi, "-I", PLUGIN, HERE / "pair_disc_capped.cpp", "-o", "cappedplugin.so"],
+        check=True,
+    )  # fmt: skip
+
+
+def closed_form() -> tuple[float, float]:
+    """Deepest overlap and duration of the contact: a sine up to the cap, then a parabola, and back."""
+    frequency, limit = math.sqrt(KN / REDUCED), CAP / KN
+    deepest = limit + (0.5 * REDUCED * SPEED**2 - 0.5 * KN * limit**2) / CAP
+    at_cap = math.sqrt(SPEED**2 - (frequency * limit) ** 2)
+    return deepest, 2.0 * math.asin(frequency * limit / SPEED) / frequency + 2.0 * at_cap * REDUCED / CAP
+
+
+@dataclass(frozen=True)
+class CappedLaw(CohesiveLaw):
+    """The law for the reference integrator: that of G07 with another repulsion."""
+
+    cap: float = 0.0
+
+    def response(self, reduced, motion, memory, modes):
+        """As without cap, less what the spring has beyond it."""
+        found = super().response(reduced, motion, memory, modes)
+        beyond = np.where(modes[0] == CONTACT, np.maximum(-self.kn * motion.gap - self.cap, 0.0), 0.0)
+        return found._replace(normal=found.normal - beyond)
+
+
+build()
+shutil.copy(HERE / "capped.in", "capped.in")
+deepest, duration = closed_form()
+words = {"speed": SPEED, "kn": KN, "cap": CAP, "step": STEP, "steps": round(1.2 * duration / STEP)}
+command = [*python_child(), "capped.in", *(str(word) for pair in words.items() for word in pair)]
+subprocess.run(command, env=engine().variables(), check=True)
+time, gap, receding, potential, kinetic = np.loadtxt("trace.txt", unpack=True)
+
+touching = np.flatnonzero(gap < 0.0)
+enters, leaves = touching[0], touching[-1]
+ends = time[leaves] + gap[leaves] / -receding[leaves]
+discs = Discs(
+    position=np.array([[0.0, 0.0], [1.0, 0.0]]), velocity=np.array([[SPEED / 2, 0.0], [-SPEED / 2, 0.0]]),
+    spin=np.zeros(2), diameter=np.ones(2),
+)  # fmt: skip
+exact = integrate(CappedLaw(kn=KN, cap=CAP), discs, float(time[-1]), t_eval=time)
+apart = exact.position[:, 1, 0] - exact.position[:, 0, 0] - 1.0
+errors = {
+    "deepest overlap": abs(-gap.min() / deepest - 1.0),
+    "duration of the contact": abs(ends / duration - 1.0),
+    "speed of the rebound": abs(receding[-1] / SPEED - 1.0),
+    "energy": np.ptp(potential + kinetic) / kinetic[0],
+    "gap against the reference": np.abs(gap - apart).max() / deepest,
+}
+frequency = math.sqrt(KN / REDUCED)
+for name, error in errors.items():
+    print(f"{name:28s} relative error {error:.1e}")
+# second order in the step, (omega dt)^2 = 2e-6, times a few
+assert max(errors.values()) < 10.0 * (frequency * STEP) ** 2, "the law is not what it should be"

@@ -116,6 +116,8 @@ class Slurm:
         for pid in self.on_node():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
+        shutil.rmtree(self.folder / "spool")  # it has no disk
+        (self.folder / "spool").mkdir()
         self.run("scontrol", "update", f"NodeName={self.host}", "State=DOWN", "Reason=power")
 
     def on_node(self) -> list[int]:

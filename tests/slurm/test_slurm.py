@@ -40,7 +40,7 @@ def slurm() -> Iterator[Slurm]:
 def account(slurm: Slurm, tmp_path: Path) -> Iterator[None]:
     """What was said, for a test that fails; and no job of a test is left to the next."""
     yield
-    print(slurm.jobs())
+    print(slurm.jobs(), (slurm.folder / "slurmd.log").read_text()[-3000:])
     for path in sorted(tmp_path.rglob("*.out")):
         print(path.name, path.read_text())
     slurm.run("scancel", "--user", "root")

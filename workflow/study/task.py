@@ -20,6 +20,7 @@ from types import FrameType
 from workflow.engine import rundir
 from workflow.engine.checkpoint import newest
 from workflow.errors import WorkflowError
+from workflow.scene.presets import load_scenes
 from workflow.study.ensemble import DONE, FAILED, Study
 from workflow.study.jobs import compute
 from workflow.study.results import write_results
@@ -36,6 +37,7 @@ def main(arguments: Sequence[str]) -> int:
 
     signal.signal(signal.SIGUSR1, stop)
     file, index = arguments
+    load_scenes()
     plan = json.loads(Path(file).read_text(encoding="utf-8"))
     whole = Study.open(Path(plan["study"]))
     names = set(plan["tasks"][int(index)])

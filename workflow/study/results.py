@@ -28,7 +28,9 @@ def write_results(study: Study) -> int:
             measures = stored_measures(directory)
             standard = {name: value for name, value in measures.items() if name not in GROUPS}
             varied = {name: point.values.get(name) for name in study.varied}
-            rows.append({"name": point.name, **varied, "seconds": round(now.seconds, 1), **dict(_numbers(standard))})
+            # a varied `step` is that of time, the measure of this name the number of the last step
+            numbers = {name: value for name, value in _numbers(standard) if name not in varied}
+            rows.append({"name": point.name, **varied, "seconds": round(now.seconds, 1), **numbers})
     if rows:
         names = {name: None for row in rows for name in row}
         with replacing(study.folder / RESULTS) as draft, open(draft, "w", newline="", encoding="utf-8") as file:

@@ -13,6 +13,7 @@ from workflow.cli.bench import listed, one_of, positive
 from workflow.cli.options import command, whole_number
 from workflow.engine.environment import engine
 from workflow.errors import InputError
+from workflow.scene.method1 import Method1
 from workflow.study.scale import STATES, Estimate, Stage, estimate, scale
 from workflow.study.table import write_csv
 
@@ -66,9 +67,11 @@ def action(arguments: argparse.Namespace) -> int:
 
 def _many(word: str, option: str) -> int:
     try:
-        return positive(str(whole_number(word)), option, LEAST)
+        count = positive(str(whole_number(word)), option, LEAST)
     except (ValueError, argparse.ArgumentTypeError):
         raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {LEAST}") from None
+    Method1(n=count)  # says what no scene can have
+    return count
 
 
 def table(rows: Sequence[Stage]) -> list[str]:

@@ -322,7 +322,8 @@ def estimate(rows: Sequence[Stage], n: int, ranks: int, bandwidth: float) -> Est
     table = {(row.stage, row.ranks): row for row in rows if row.n == largest}
     loop, single, start, save = table[LOOP, most], table[LOOP, 1], table[START, most], table[SAVE, most]
     share, more = n / ranks, n / largest
-    busy = single.processor_seconds / single.seconds if single.seconds else 1.0  # a busy machine lengthens the clock alone
+    # a busy machine lengthens the clock alone; processor time is told in hundredths of a second
+    busy = single.processor_seconds / single.seconds if single.processor_seconds > 0.1 else 1.0
     pace = (single.ns_per_grain_step or 0.0) * busy * share * 1e-9  # seconds of a step
     empty = loop.peak_GB - loop.bytes_per_grain * largest / most / GB
     ghosts = (single.ghosts or 0.0) * math.sqrt(share / largest)

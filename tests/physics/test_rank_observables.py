@@ -1,9 +1,10 @@
-"""What a packing is like does not hang on the number of ranks: both methods on 1, 2 and 4, run until rounding has grown to physics."""
+"""What a packing is like does not hang on the number of ranks: both methods run until rounding has grown to physics."""
 
 from __future__ import annotations
 
 import io
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ from workflow.scene.method2 import Method2
 from workflow.scene.packing import Packing
 
 SEEDS = range(1, 7)
-RANKS = (1, 2, 4)
+# ranks that share a core wait for each other's time slices, 20 ms a step; tests/engine/test_deck_ranks.py has 4 on any machine
+RANKS = (1, 2, 4) if (os.cpu_count() or 1) >= 4 else (1, 2)
 SMALL = {"n": 120, "kappa": 1e4}
 SCENES: dict[str, tuple[type[Packing], dict[str, object]]] = {
     "method 1, cohesionless": (Method1, {"cohesion": False}),

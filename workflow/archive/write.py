@@ -45,7 +45,7 @@ def write_archive(
         raise InputError(f"provenance: {error}; give only strings, numbers, lists and dictionaries") from None
     with replacing(path) as draft, h5py.File(draft, "w", libver=FORMAT) as file:
         _head(file, provenance)
-        writer = _Writer(file)
+        writer = _Writer(file, path)
         for frame in frames:
             writer.add(frame)
         if not writer.count:
@@ -77,8 +77,8 @@ def _boundary(periodic: tuple[bool, bool]) -> np.ndarray:
 class _Writer:
     """Appends frames; all datasets grow along their first axis, per-grain ones along the second too."""
 
-    def __init__(self, file: h5py.File) -> None:
-        self.file, self.count, self.rows = file, 0, 0
+    def __init__(self, file: h5py.File, path: PathLike) -> None:
+        self.file, self.path, self.count, self.rows = file, path, 0, 0
         self.known: dict[str, np.ndarray] = {}
 
     def add(self, frame: Frame) -> None:
@@ -128,7 +128,7 @@ class _Writer:
         fresh = ~np.isin(frame.ids, known)
         if fresh.any() and len(known) and frame.ids[fresh][0] < known[-1]:
             raise ArchiveError(
-                f"step {frame.step}: new grain id {frame.ids[fresh][0]} is below the known id {known[-1]}; "
+                f"frames for '{self.path}', step {frame.step}: new grain id {frame.ids[fresh][0]} is below the known id {known[-1]}; "
                 "new grains need increasing ids; correct the insertion in the deck"
             )
         for name, field in layout.CONSTANTS.items():
@@ -141,8 +141,10 @@ class _Writer:
         for name, field in layout.CONSTANTS.items():
             changed = self.known[name][rows] != getattr(frame, field)
             if changed.any():
-                raise ArchiveError(f"step {frame.step}: {name} of grain {frame.ids[changed][0]} differs from earlier "
-                                   "frames; all frames must come from one run")  # fmt: skip
+                raise ArchiveError(
+                    f"frames for '{self.path}', step {frame.step}: {name} of grain {frame.ids[changed][0]} differs from "
+                    "earlier frames; all frames must come from one run"
+                )
         return rows
 
     def _spread(self, values: Floats, rows: Ints) -> Floats:

@@ -128,8 +128,8 @@ class _Writer:
         fresh = ~np.isin(frame.ids, known)
         if fresh.any() and len(known) and frame.ids[fresh][0] < known[-1]:
             raise ArchiveError(
-                f"frames for '{self.path}', step {frame.step}: new grain id {frame.ids[fresh][0]} is below the known id {known[-1]}; "
-                "new grains need increasing ids; correct the insertion in the deck"
+                f"frames for '{self.path}', step {frame.step}: new grain id {frame.ids[fresh][0]} is below the known id "
+                f"{known[-1]}; new grains need increasing ids; correct the insertion in the deck"
             )
         for name, field in layout.CONSTANTS.items():
             self.known[name] = np.concatenate((self.known[name], getattr(frame, field)[fresh]))

@@ -16,9 +16,8 @@ from typing import BinaryIO
 import numpy as np
 
 from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
+from workflow.archive.drafts import PathLike
 from workflow.errors import ArchiveError
-
-PathLike = str | os.PathLike[str]
 
 CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
 TRACK_COLUMNS = ("id", "x", "y")

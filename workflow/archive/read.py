@@ -17,13 +17,13 @@ import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame, Tracks, sound
 from workflow.archive import layout
+from workflow.archive.drafts import PathLike
 from workflow.archive.dumps import rows_of
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:
     import MDAnalysis
 
-PathLike = str | os.PathLike[str]
 # what h5py raises, and NumPy on what it returns, when a file is damaged or is not what it claims to be
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError, MemoryError)
 

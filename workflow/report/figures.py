@@ -21,10 +21,8 @@ from matplotlib.lines import Line2D
 from workflow.analysis.contacts import coordination, solid_fraction
 from workflow.analysis.frame import Bools, Floats, Frame
 from workflow.analysis.percolation import force_magnitude
-from workflow.archive.drafts import replacing
+from workflow.archive.drafts import PathLike, replacing
 from workflow.errors import InputError
-
-PathLike = str | os.PathLike[str]
 
 # Metadata per format that would otherwise hold the date or the library version.
 FORMATS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}

@@ -121,7 +121,7 @@ def measures_of(
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
-        ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
+        ends = archive.ends
         relaxed = {
             after: relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
             for before, after in scene.relaxations

@@ -159,6 +159,9 @@ def test_graph_has_forces_at_its_edges(tmp_path):
     assert networkx.get_node_attributes(found, "diameter") == dict(zip(frame.ids.tolist(), frame.diameter, strict=True))
     (path,) = written("graphml", tmp_path, [frame])
     read = networkx.read_graphml(path, node_type=int)
+    assert type(read) is type(found) and dict(read.nodes(data=True)) == dict(found.nodes(data=True))
+    assert list(read.edges(data=True)) == list(found.edges(data=True))
+    assert found.graph.items() <= read.graph.items()
     for i, j, normal, sliding in zip(pairs.i, pairs.j, pairs.normal_force, pairs.sliding, strict=True):
         edge = read.edges[frame.ids[i], frame.ids[j]]
         assert edge["normal"] == normal and edge["sliding"] == sliding
@@ -173,7 +176,9 @@ def test_a_missing_package_is_named(monkeypatch, tmp_path):
         raise ImportError(name)
 
     monkeypatch.setattr(export, "import_module", missing)
-    for kind in ("parquet", "gsd", "graphml"):
+    with pytest.raises(EnvironmentFault, match="pip install networkx"):
+        graph(FRAMES[1])
+    for kind in ("parquet", "gsd"):
         with pytest.raises(EnvironmentFault, match=f"pip install {FORMATS[kind].needs}"):
             written(kind, tmp_path)
     assert list(tmp_path.iterdir()) == []

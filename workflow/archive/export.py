@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import networkx
 
 Columns = dict[str, np.ndarray]
+GRAPHML, TYPES = "http://graphml.graphdrawing.org/xmlns", {"i": "long", "f": "double", "b": "boolean"}
+SIDES = np.array([[0, 0], [1, 0], [1, 0], [1, 1], [1, 1], [0, 1], [0, 1], [0, 0]])  # of the cell, each from corner to corner
 PLAIN = tuple(field.name for field in fields(Contacts) if field.name not in ("i", "j", "branch"))
 
 
@@ -74,12 +76,18 @@ def graph(frame: Frame) -> networkx.Graph:
 
     Raises EnvironmentFault if networkx is not installed.
     """
-    whole = {"step": frame.step, "time": frame.time, "cell_x": float(frame.cell[0]), "cell_y": float(frame.cell[1])}
-    result = _needed("networkx").Graph(**whole)
-    grains = {name: column for name, column in grain_columns(frame).items() if name in ("id", "diameter", "mass", "x", "y")}
+    whole, grains, contacts = _network(frame)
+    result = _needed("networkx").Graph(**next(_records(whole)))
     result.add_nodes_from((row["id"], row) for row in _records(grains))
-    result.add_edges_from((row["id_i"], row["id_j"], row) for row in _records(contact_columns(frame)))
+    result.add_edges_from((row["id_i"], row["id_j"], row) for row in _records(contacts))
     return result
+
+
+def _network(frame: Frame) -> tuple[Columns, Columns, Columns]:
+    """Tables of `graph`: the network (one row), its nodes, its edges."""
+    whole = {"step": frame.step, "time": frame.time, "cell_x": frame.cell[0], "cell_y": frame.cell[1]}
+    grains = {name: column for name, column in grain_columns(frame).items() if name in ("id", "diameter", "mass", "x", "y")}
+    return {name: np.array([value]) for name, value in whole.items()}, grains, contact_columns(frame)
 
 
 def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
@@ -113,21 +121,24 @@ def write_parquet(frames: Iterable[Frame], folder: Path) -> list[Path]:
 
 
 def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
-    """``grains.pvd`` and ``contacts.pvd`` for ParaView, with a VTP file for each frame.
+    """``grains.pvd``, ``contacts.pvd`` and ``cell.pvd`` for ParaView, with a VTP file for each frame.
 
     Grains are points; each contact is a line of its own from the centre of i along the branch, so that contacts across a
-    border of the cell stick out of it.
+    border of the cell stick out of it; the cell is its four sides.
     """
-    series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": []}
+    series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": [], "cell": []}
     for number, frame in enumerate(frames):
         clock = {"TimeValue": np.array([frame.time]), "cell": np.concatenate((frame.origin, frame.cell))}
         grains = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "velocity": _spatial(frame.velocity),
                   "spin": frame.spin, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
         start = frame.position[frame.contacts.i]
         ends = np.stack((start, start + frame.contacts.branch), axis=1).reshape(-1, 2)
+        sides = frame.origin + frame.cell * SIDES
         for name, points, kind, data in (
-            ("grains", frame.position, "Verts", grains), ("contacts", ends, "Lines", contact_columns(frame)),
-        ):  # fmt: skip
+            ("grains", frame.position, "Verts", grains),
+            ("contacts", ends, "Lines", contact_columns(frame)),
+            ("cell", sides, "Lines", {}),
+        ):
             path = folder / f"{name}.{number:05d}.vtp"
             write_polydata(path, _spatial(points), kind, data, clock)
             series[name].append((frame.time, path))
@@ -160,13 +171,24 @@ def write_gsd(frames: Iterable[Frame], folder: Path) -> list[Path]:
 
 
 def write_graphml(frames: Iterable[Frame], folder: Path) -> list[Path]:
-    """``contacts.graphml``: `graph` of one frame, for NetworkX, igraph, Gephi, Cytoscape."""
-    networkx, (frame, *more) = _needed("networkx"), islice(frames, 2)
+    """``contacts.graphml``: `graph` of one frame, row by row, for NetworkX, igraph, Gephi, Cytoscape."""
+    frame, *more = islice(frames, 2)
     if more:
         raise InputError("a GraphML file holds one network; choose its frame with --frame, without --all")
+    parts = dict(zip(("graph", "node", "edge"), _network(frame), strict=True))
+    keys = [(kind, name, column.dtype.kind) for kind, columns in parts.items() for name, column in columns.items()]
+    data = {kind: "".join(f'<data key="{kind}.{name}">%s</data>' for name in columns) for kind, columns in parts.items()}
     path = folder / "contacts.graphml"
-    with replacing(path) as draft:
-        networkx.write_graphml(graph(frame), draft)
+    with replacing(path) as draft, open(draft, "w", encoding="utf-8") as file:
+        print(f'<?xml version="1.0" encoding="utf-8"?>\n<graphml xmlns="{GRAPHML}">', file=file)
+        for kind, name, of in keys:
+            print(f'<key id="{kind}.{name}" for="{kind}" attr.name="{name}" attr.type="{TYPES[of]}"/>', file=file)
+        (whole,) = _rows(parts["graph"])
+        print('<graph edgedefault="undirected">', data["graph"] % whole, file=file)
+        file.writelines(f'<node id="%s">{data["node"]}</node>\n' % (row[0], *row) for row in _rows(parts["node"]))
+        edge = f'<edge source="%s" target="%s">{data["edge"]}</edge>\n'
+        file.writelines(edge % (*row[:2], *row) for row in _rows(parts["edge"]))
+        print("</graph>\n</graphml>", file=file)
     return [path]
 
 
@@ -175,7 +197,7 @@ FORMATS = {
     "parquet": Format("the same tables for pandas, polars, R", "pyarrow", write_parquet),
     "vtk": Format("grains and contacts for ParaView", "", write_vtk),
     "gsd": Format("grains and contacts for OVITO", "gsd", write_gsd),
-    "graphml": Format("the network of one frame for NetworkX, Gephi", "networkx", write_graphml),
+    "graphml": Format("the network of one frame for NetworkX, Gephi", "", write_graphml),
 }
 
 

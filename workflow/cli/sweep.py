@@ -16,7 +16,7 @@ from workflow.errors import InputError
 from workflow.study.ensemble import DONE, Study, remaining
 from workflow.study.jobs import Outcome, compute, duration
 from workflow.study.results import RESULTS, write_results
-from workflow.study.slurm import submit
+from workflow.study.slurm import preview, submit
 from workflow.study.sweep import read_sweep
 
 EXAMPLES = """
@@ -26,7 +26,8 @@ wf sweep study.toml --adopt runs              take finished runs of the same sce
 wf status runs/study                          where it stands
 wf sweep study.toml --retry                   once more what failed
 wf sweep study.toml --scheduler slurm --time 12:00:00 --partition long
-                                              as a job array; the same command submits what is left
+                                              as a job array; the same command submits what is left,
+                                              and with --dry-run prints the script instead
 
 a study file; every combination of the lists and seeds is a point:
   scene = "method1"
@@ -69,6 +70,8 @@ def action(arguments: argparse.Namespace) -> int:
     study = Study(folder, read_sweep(arguments.file))
     if arguments.dry_run:
         print(plan(study))
+        if profile:
+            print(preview(study, profile, at_once=arguments.jobs, retry=arguments.retry))
         return 0
     if profile:
         return send(study, profile, arguments)

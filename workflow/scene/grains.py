@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from workflow.errors import InputError
 Floats = NDArray[np.float64]
 
 _PROPOSALS = 40_000  # points tried per round; enough to fill the last holes of a dense cell in few rounds
+_AT_ONCE = 65_536  # points whose neighbours are looked at
 _CLASSES = 16  # size classes placed one after the other, largest first
 _ROUNDS_WITHOUT_SUCCESS = 100
 
@@ -60,7 +62,7 @@ def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
     """Random sequential addition, larger discs first, every gap at least ``gap``.
 
     A round proposes uniform points for the next size class and keeps what overlaps neither a placed disc nor a proposal of
-    a larger one; a k-d tree in the periodic cell finds the overlaps, so the cost grows as N log N.
+    a larger one; the cells of a grid tell which discs are near, so the cost grows as N.
 
     Raises InputError if the discs do not fit: random addition of discs with diameters in [a/2, a] jams near Phi = 0.6.
     """
@@ -70,63 +72,89 @@ def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
             f"cell length L = {length:.4g} a for {len(diameter)} grain(s) at solid fraction {solid_fraction} is below two "
             "diameters: a grain would touch its own image; use more grains or a lower solid fraction"
         )
-    size = np.sort(diameter)[::-1]
-    position = np.empty((len(size), 2))
-    placed = np.zeros(len(size), dtype=bool)
+    grid = _Grid(np.sort(diameter)[::-1], length, gap)
+    placed = np.zeros(len(diameter), dtype=bool)
     failures = 0
     while not placed.all():
-        waiting = np.flatnonzero(~placed)[: -(-len(size) // _CLASSES)]
-        accepted, points = _propose(waiting, size, position[placed], size[placed], length, gap, rng)
-        position[accepted] = points
+        waiting = np.flatnonzero(~placed)[: -(-len(placed) // _CLASSES)]
+        accepted = _propose(waiting, grid, rng)
         placed[accepted] = True
         failures = 0 if len(accepted) else failures + 1
         if failures == _ROUNDS_WITHOUT_SUCCESS:
             raise InputError(
-                f"initial solid fraction {solid_fraction} is too high: {np.sum(~placed)} of {len(size)} discs found no free "
+                f"initial solid fraction {solid_fraction} is too high: {np.sum(~placed)} of {len(placed)} discs found no free "
                 f"place in {failures * _PROPOSALS} tries; use a lower --phi0: "
                 "equal discs jam near 0.547, sizes in [0.5, 1] near 0.61"
             )
     cell = np.array([length, length])
-    order = strips(position, cell)
-    return Discs(size[order], position[order], cell)
+    order = strips(grid.position, cell)
+    return Discs(grid.size[order], grid.position[order], cell)
 
 
-def _propose(
-    waiting: NDArray[np.intp],
-    size: Floats,
-    placed: Floats,
-    placed_size: Floats,
-    length: float,
-    gap: float,
-    rng: np.random.Generator,
-) -> tuple[NDArray[np.intp], Floats]:
-    """One round of placement: the discs (rows of ``size``) that found a place, and their positions."""
-    tries = max(1, _PROPOSALS // len(waiting))
-    disc = np.repeat(waiting, tries)
-    points = rng.uniform(0.0, length, (len(disc), 2))
-    free = np.ones(len(disc), dtype=bool)
-    if len(placed):
-        near = _near(points, placed, 0.5 * (size[waiting[0]] + placed_size.max()) + gap, length)
-        clash = near["v"] < 0.5 * (size[disc[near["i"]]] + placed_size[near["j"]]) + gap
-        free[near["i"][clash]] = False
-    winner = np.flatnonzero(free)
-    disc, first = np.unique(disc[winner], return_index=True)  # one try per disc; larger discs have lower rows
-    points = points[winner[first]]
-    if not len(disc):
-        return disc, points
-    near = _near(points, points, size[disc[0]] + gap, length)
-    clash = (near["v"] < 0.5 * (size[disc[near["i"]]] + size[disc[near["j"]]]) + gap) & (near["i"] < near["j"])
-    keep = np.ones(len(disc), dtype=bool)
-    keep[near["j"][clash]] = False
-    return disc[keep], points[keep]
+def _propose(waiting: NDArray[np.intp], grid: _Grid, rng: np.random.Generator) -> NDArray[np.intp]:
+    """One round of placement: the discs (rows of ``grid``) that found a place, and are there now."""
+    disc = np.repeat(waiting, max(1, _PROPOSALS // len(waiting)))
+    points = rng.uniform(0.0, grid.length, (len(disc), 2))
+    free = np.flatnonzero(~grid.clash(disc, points))
+    disc, first = np.unique(disc[free], return_index=True)  # one try per disc; larger discs have lower rows
+    points = points[free[first]]
+    before = grid.add(disc, points)
+    keep = ~grid.clash(disc, points, larger=True)
+    grid.newest[grid.cell(points)] = before  # all out again
+    grid.add(disc[keep], points[keep])
+    return disc[keep]
 
 
-def _near(a: Floats, b: Floats, reach: float, length: float) -> NDArray:
-    """Pairs (i, j, distance v) of points of a and b closer than ``reach`` in the periodic square."""
-    from scipy.spatial import cKDTree  # a tenth of a second that most commands need not pay
+class _Grid:
+    """Discs of ``size``, largest first, in cells of a periodic square: each a chain from its ``newest`` disc to ``older`` ones.
 
-    trees = (cKDTree(points % length, boxsize=length) for points in (a, b))
-    return next(trees).sparse_distance_matrix(next(trees), reach, output_type="ndarray")
+    A cell is wider than the distance at which the largest two clash, so what clashes is in one cell or in two that touch.
+    """
+
+    def __init__(self, size: Floats, length: float, gap: float) -> None:
+        self.size, self.length, self.gap = size, length, gap
+        widest = length / ((size[0] + gap) * (1.0 + 1e-9))  # a point at a border may be rounded across it
+        self.across = max(1, int(min(widest, np.sqrt(2 * len(size)))))
+        self.position = np.empty((len(size), 2))
+        self.newest = np.full(self.across**2, -1, dtype=np.int32)  # LAMMPS numbers grains so too
+        self.older = np.empty(len(size), dtype=np.int32)
+
+    def cell(self, points: Floats, right: int = 0, up: int = 0) -> NDArray[np.intp]:
+        """Cell of each point (n, 2), or the one so many to the right and up."""
+        column, row = np.minimum((points / self.length * self.across).astype(np.intp), self.across - 1).T
+        return (row + up) % self.across * self.across + (column + right) % self.across
+
+    def add(self, disc: NDArray[np.intp], points: Floats) -> NDArray[np.int32]:
+        """Put discs at ``points``; the newest in the cell of each before."""
+        cell = self.cell(points)
+        before = self.newest[cell]
+        self.position[disc] = points
+        order = np.argsort(cell, kind="stable")
+        same = np.diff(cell[order]) == 0  # as the cell of the one before
+        self.older[disc] = before
+        self.older[disc[order[1:][same]]] = disc[order[:-1][same]]
+        last = np.append(~same, True)[: len(order)]
+        self.newest[cell[order[last]]] = disc[order[last]]
+        return before
+
+    def clash(self, disc: NDArray[np.intp], points: Floats, *, larger: bool = False) -> NDArray[np.bool_]:
+        """Whether each disc at its point comes too near to one that is in the cells, or to a ``larger`` one there."""
+        parts = [slice(k, k + _AT_ONCE) for k in range(0, len(disc), _AT_ONCE)]
+        return np.concatenate([disc[:0] > 0, *(self._clash(disc[part], points[part], larger) for part in parts)])
+
+    def _clash(self, disc: NDArray[np.intp], points: Floats, larger: bool) -> NDArray[np.bool_]:
+        found, size = np.zeros(len(disc), dtype=bool), self.size[disc]
+        for right, up in product((-1, 0, 1), repeat=2):
+            ask = np.flatnonzero(~found)
+            other = self.newest[self.cell(points[ask], right, up)]
+            while len(ask):
+                ask, other = ask[other >= 0], other[other >= 0]
+                apart = np.abs(points[ask] - self.position[other])
+                apart = np.minimum(apart, self.length - apart)
+                near = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2) < 0.5 * (size[ask] + self.size[other]) + self.gap
+                found[ask] |= near & (other < disc[ask]) if larger else near
+                other = self.older[other]
+        return found
 
 
 def strips(position: Floats, cell: Floats) -> NDArray[np.intp]:

@@ -35,7 +35,6 @@ from workflow.study.meter import Meter
 STATES = ("gas", "dense")
 SEED = 1
 SMALL = 1400  # grains of the packing that the dense state repeats
-MOST_OBJECTS = 200_000  # grains up to which a network of Python objects is made
 GB = 1e9
 WIRE = 8 * (5 + 4)  # bytes per ghost and step: position, velocity, spin to the ghost; force, moment, tangential part back
 DATA_FILE, START, LOOP, SAVE = "deck and data file", "engine: start, two frames", "engine: time loop", "engine: one checkpoint"
@@ -261,7 +260,7 @@ def scale(counts: Sequence[int], states: Sequence[str], ranks: Sequence[int], st
             for name in ("density", "holes"):
                 found += part("group", folder, n, name)
             for name, form in FORMATS.items():
-                if not form.needs or (_installed(form.needs) and (name != "graphml" or n <= MOST_OBJECTS)):
+                if not form.needs or _installed(form.needs):
                     found += part("export", folder, n, name)
             meter.add(wanted, f"{state}, {n} grains, analysed and exported")
             rows += [Stage(state=state, **row) for row in found]

@@ -147,44 +147,72 @@ def submit(study: Study, profile: Profile, *, at_once: int | None = None, retry:
     Returns the id of the array and its numbers of points and tasks, None if nothing is left to submit.  Raises WorkflowError
     with Slurm's words if it refuses; then nothing is left behind.
     """
+    with _alone(study.folder):
+        todo = _todo(study, retry)
+        if not todo:
+            return None
+        array = _array(study, profile, [point for point, _ in todo], at_once)
+        for point, state in todo:
+            if state.status == FAILED and (study.directory(point) / "run.json").is_file():
+                study.directory(point).record(status=rundir.INTERRUPTED, reason=None)
+        return _send(array), len(todo), len(array.tasks)
+
+
+def preview(study: Study, profile: Profile, *, at_once: int | None = None, retry: bool = False) -> str:
+    """What `submit` would submit: where, and the script; nothing is written."""
+    todo = _todo(study, retry)
+    if not todo:
+        return "nothing to submit"
+    array = _array(study, profile, [point for point, _ in todo], at_once)
+    return f"{len(todo)} points as {len(array.tasks)} tasks of '{array.folder / JOB}':\n\n{array.script}".rstrip("\n")
+
+
+def _todo(study: Study, retry: bool) -> list[tuple[Point, Standing]]:
+    """What is neither done nor submitted, begun points first."""
+    now, live, fault = standings(study)
+    if fault:
+        raise EnvironmentFault(fault)
+    wanted = (WAITING, INTERRUPTED, FAILED) if retry else (WAITING, INTERRUPTED)
+    todo = [
+        (point, state)
+        for point, state in zip(study.points, now, strict=True)
+        if state.status in wanted and point.name not in live
+    ]
+    return sorted(todo, key=lambda one: one[1].status != INTERRUPTED)
+
+
+@dataclass(frozen=True)
+class Array:
+    """A job array: ``folder`` for its files, ``script``, points of each of its ``tasks``, ``plan`` that the tasks read."""
+
+    folder: Path
+    script: str
+    tasks: list[list[str]]
+    plan: str
+
+
+def _array(study: Study, profile: Profile, points: Sequence[Point], at_once: int | None) -> Array:
+    """The array that computes ``points``.  Raises InputError for another scheduler."""
     if profile.scheduler != "slurm":
         raise InputError(
             f"scheduler = '{profile.scheduler}' is not allowed for a sweep: job arrays are written for slurm; "
             "for others, 'wf deck' makes the job of one point"
         )
-    with _alone(study.folder):
-        now, live, fault = standings(study)
-        if fault:
-            raise EnvironmentFault(fault)
-        wanted = (WAITING, INTERRUPTED, FAILED) if retry else (WAITING, INTERRUPTED)
-        todo = [
-            (point, state)
-            for point, state in zip(study.points, now, strict=True)
-            if state.status in wanted and point.name not in live
-        ]
-        if not todo:
-            return None
-        todo.sort(key=lambda one: one[1].status != INTERRUPTED)  # what was begun first
-        for point, state in todo:
-            if state.status == FAILED and (study.directory(point) / "run.json").is_file():
-                study.directory(point).record(status=rundir.INTERRUPTED, reason=None)
-        points = [point for point, _ in todo]
-        number, tasks = _send(study, profile, points, at_once)
-        return number, len(points), tasks
-
-
-def _send(study: Study, profile: Profile, points: Sequence[Point], at_once: int | None) -> tuple[str, int]:
-    """Write and submit an array; its id and number of tasks."""
     count = min(profile.most_tasks, -(-len(points) // profile.points_at_once))
     tasks = [[point.name for point in points[k::count]] for k in range(count)]
     folder = study.folder / JOBS / f"{1 + max((int(p.name) for p in study.folder.glob(f'{JOBS}/[0-9]*')), default=0):04d}"
-    folder.mkdir(parents=True)
     plan = {"study": str(study.folder.resolve()), "jobs": profile.points_at_once, "ranks": profile.ranks, "tasks": tasks}
-    with replacing(folder / TASKS) as draft:
-        draft.write_text(json.dumps(plan), encoding="utf-8")
     limit = f"%{-(-at_once // profile.points_at_once)}" if at_once else ""
-    with replacing(folder / JOB) as draft:
-        draft.write_text(array_script(profile, folder, f"0-{count - 1}{limit}"), encoding="utf-8")
+    return Array(folder, array_script(profile, folder, f"0-{count - 1}{limit}"), tasks, json.dumps(plan))
+
+
+def _send(array: Array) -> str:
+    """Write and submit an array; its id."""
+    folder = array.folder
+    folder.mkdir(parents=True)
+    for name, text in ((TASKS, array.plan), (JOB, array.script)):
+        with replacing(folder / name) as draft:
+            draft.write_text(text, encoding="utf-8")
     try:
         number = _ask("sbatch", "--parsable", JOB, cwd=folder)[0].split(";")[0]
         if not number.isdecimal():
@@ -200,7 +228,7 @@ def _send(study: Study, profile: Profile, points: Sequence[Point], at_once: int 
     except WorkflowError:
         _ask("scancel", number)
         raise
-    return number, count
+    return number
 
 
 def array_script(profile: Profile, folder: Path, array: str) -> str:
@@ -212,7 +240,7 @@ def array_script(profile: Profile, folder: Path, array: str) -> str:
     path = os.environ.get("PYTHONPATH")
     command = shlex.join([sys.executable, "-m", "workflow.study.task", str(folder.resolve() / TASKS)])
     return "\n".join([
-        "#!/bin/bash", *head, "", *profile.loading(),
+        "#!/bin/bash", *head, "", "trap '' USR1    # what comes before the task listens would end it", "", *profile.loading(),
         *([f"export PYTHONPATH={shlex.quote(path)}"] if path else []),
         "export HYDRA_LAUNCHER=fork OMP_NUM_THREADS=1    # all ranks of a point are on one node",
         f'exec {command} "$SLURM_ARRAY_TASK_ID"', "",

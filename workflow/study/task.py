@@ -22,20 +22,21 @@ from workflow.engine.checkpoint import newest
 from workflow.errors import WorkflowError
 from workflow.scene.presets import load_scenes
 from workflow.study.ensemble import DONE, FAILED, Study
-from workflow.study.jobs import compute
+from workflow.study.jobs import Outcome, compute
 from workflow.study.results import write_results
 
 
 def main(arguments: Sequence[str]) -> int:
     """Compute the points of one task.  Exit status 0 if none failed and none is left, else 1."""
-    out_of_time = False
+    over = computing = False
 
     def stop(_: int, __: FrameType | None) -> None:
-        nonlocal out_of_time
-        out_of_time = True
-        raise KeyboardInterrupt
+        nonlocal over
+        over = True
+        if computing:
+            raise KeyboardInterrupt
 
-    signal.signal(signal.SIGUSR1, stop)
+    signal.signal(signal.SIGUSR1, stop)  # until here it is ignored, see `array_script`
     file, index = arguments
     load_scenes()
     plan = json.loads(Path(file).read_text(encoding="utf-8"))
@@ -43,8 +44,13 @@ def main(arguments: Sequence[str]) -> int:
     names = set(plan["tasks"][int(index)])
     study = Study(whole.folder, [point for point in whole.points if point.name in names])
     before = progress(study)
-    outcome = compute(study, jobs=plan["jobs"], ranks=plan["ranks"])
-    if outcome.interrupted and out_of_time:
+    try:
+        computing = True
+        outcome = Outcome(interrupted=True) if over else compute(study, jobs=plan["jobs"], ranks=plan["ranks"])
+    except KeyboardInterrupt:  # before it began a point, or behind the last
+        outcome = Outcome(interrupted=True)
+    computing = False
+    if outcome.interrupted and over:
         if progress(study) > before:
             return again()
         give_up(study)

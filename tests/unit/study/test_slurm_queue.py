@@ -6,11 +6,14 @@ import json
 import os
 import platform
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from workflow.cli.main import main
 from workflow.deck.schedulers import Profile
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
@@ -92,6 +95,66 @@ def test_what_is_submitted(study: Study, commands: Commands, monkeypatch: pytest
     assert slurm.submit(study, profile, retry=True) == ("17", 1, 1)
     assert tasks_of(study, "0002") == [[study.points[1].name]]
     assert study.standing(study.points[1]).status == INTERRUPTED
+
+
+def test_a_dry_run_shows_what_would_be_submitted(
+    study: Study, commands: Commands, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The script to the letter; nothing is written, Slurm is told nothing."""
+    (tmp_path / "study.toml").write_text('scene = "method1"\nseeds = 7\n[fixed]\nn = 60\ncohesion = false\n')
+    words = ["sweep", str(tmp_path / "study.toml"), "--out", str(study.folder), "--time", "1:00:00", "--jobs", "2"]
+    before = sorted(study.folder.parent.rglob("*"))
+    assert main([*words, "--scheduler", "slurm", "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert "7 points, 0 done" in said and f"7 points as 7 tasks of '{study.folder}/jobs/0001/job.sh'" in said
+    assert sorted(study.folder.parent.rglob("*")) == before
+    assert slurm.submit(study, Profile(time=3600), at_once=2) == ("17", 7, 7)
+    assert said.endswith((study.folder / "jobs" / "0001" / "job.sh").read_text())
+    commands.set(squeue='for k in 0 1 2 3 4 5 6; do echo "17|$k|PENDING|Priority"; done')
+    assert main([*words, "--scheduler", "slurm", "--dry-run"]) == 0
+    assert capsys.readouterr().out.endswith("nothing to submit\n")
+    assert main([*words, "--scheduler", "pbs", "--dry-run", "--out", str(tmp_path / "other")]) == 2
+    assert "job arrays are written for slurm" in capsys.readouterr().err
+
+
+def test_a_warning_before_the_task_listens_does_not_end_it(
+    study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither while modules load nor while Python starts: what the script becomes lives on."""
+    commands.set(python="kill -USR1 $$; echo lives on")
+    monkeypatch.setattr(sys, "executable", str(commands.folder / "python"))
+    slurm.submit(study, Profile())
+    job = study.folder / "jobs" / "0001" / "job.sh"
+    done = subprocess.run(["bash", str(job)], env={**os.environ, "SLURM_ARRAY_TASK_ID": "0"}, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "lives on\n", "")
+
+
+@pytest.mark.parametrize(
+    ("when", "status", "points"),
+    [("load_scenes", 1, "waiting"), ("compute", 1, "waiting"), ("write_results", 0, "finished")],
+)
+def test_a_warning_at_any_moment_gives_no_traceback(
+    when: str, status: int, points: str, study: Study, commands: Commands
+) -> None:
+    """Before a point is begun its time is over; behind the last one it is of no matter."""
+    slurm.submit(study, Profile(most_tasks=7))
+    plan = study.folder / "jobs" / "0001" / "tasks.json"
+    if points == "finished":
+        for number in range(len(study.points)):
+            record(study, number, "finished")
+    program = f"""
+import os, signal, sys
+from workflow.study import task
+def warned(*words, real=task.{when}, **more):
+    os.kill(os.getpid(), signal.SIGUSR1)
+    return real(*words, **more)
+task.{when} = warned
+sys.exit(task.main([sys.argv[1], "0"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program, str(plan)], capture_output=True, text=True)
+    assert done.returncode == status, done.stderr
+    assert "Traceback" not in done.stderr
+    assert study.standing(study.points[0]).status == (DONE if points == "finished" else WAITING)
 
 
 def test_standings(study: Study, commands: Commands) -> None:

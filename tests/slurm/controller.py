@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 import shutil
 import signal
@@ -15,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel", "sinfo")
+PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel", "sinfo", "sdiag")
 PATIENCE = 300.0  # seconds for what must come in the end; how fast it is here is no matter of tests
 CONFIGURATION = """
 ClusterName=test
@@ -110,7 +111,11 @@ class Slurm:
         self._start("slurmd", "-D", "-N", self.host)
 
     def power_cut(self) -> None:
-        """The node and everything on it vanish; the controller is told, rather than left to find out in minutes."""
+        """The node and everything on it vanish; the controller is told, rather than left to find out in minutes.
+
+        It tells the dead node for ten or twenty seconds to end the job that was there.  No real node is back within them; one that is
+        would end the same job, which has begun anew on it.
+        """
         self.processes["slurmd"].kill()
         self.processes["slurmd"].wait()
         for pid in self.on_node():
@@ -119,6 +124,7 @@ class Slurm:
         shutil.rmtree(self.folder / "spool")  # it has no disk
         (self.folder / "spool").mkdir()
         self.run("scontrol", "update", f"NodeName={self.host}", "State=DOWN", "Reason=power")
+        until(lambda: re.search("Agent queue size: *0\nAgent count: *0\n", self.run("sdiag")), "it gives up telling the node")
 
     def on_node(self) -> list[int]:
         """Job steps, and what runs in them."""

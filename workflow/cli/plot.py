@@ -97,7 +97,7 @@ def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
     history(
         series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
         unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
+        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages, force="F_0" if scene.cohesion else "aP",
     )  # fmt: skip
     return paths
 

@@ -21,6 +21,7 @@ from workflow.scene.method2 import Method2
 EXAMPLES = """
 wf run method1 --phi0 0.36                            the cohesive packing of G07 table III
 wf run method1 --no-cohesion --mu 0.15 --out dense    without cohesion, into directory dense
+wf run consolidation --rolling --unload                an aggregate from P* = 0.001 to 10 and back
 wf run scene.toml --seed 2 --ranks 2                  a scene from a file, another seed, two MPI ranks
 
 a scene file holds the options as names and values; every run writes the one that repeats it:

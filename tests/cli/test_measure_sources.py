@@ -114,7 +114,7 @@ def test_exports_of_a_run_and_of_its_dumps(packing: Path, tmp_path: Path, capsys
 
     dumps = [packing / "grains.dump", "--contacts", packing / "contacts.dump"]
     assert export(packing, "--out", tmp_path / "run", "--to", "csv,vtk", "--all") == 0
-    assert capsys.readouterr().out.split()[-1] == str(tmp_path / "run" / "contacts.pvd")
+    assert capsys.readouterr().out.split()[-1] == str(tmp_path / "run" / "cell.pvd")
     assert export(*dumps, "--out", tmp_path / "dumps", "--all") == 0
     times = [row["time"] for row in rows("run/frames.csv")]
     assert len(times) == len(list((tmp_path / "run").glob("grains.*.vtp"))) > 1

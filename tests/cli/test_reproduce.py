@@ -151,3 +151,13 @@ def test_dry_run_lists_points_and_figures(tiny: Path, capsys: pytest.CaptureFixt
     assert "figure 2: density: two curves" in out
     assert "figure 3: not drawn: a drawing" in out
     assert not Path("runs").exists()
+
+
+def test_as_a_job_array(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The script of the array for the four runs; a machine without Slurm says so and computes nothing."""
+    assert main(["reproduce", "tiny", "--scheduler", "slurm", "--time", "1:00:00", "--dry-run"]) == 0
+    out = capsys.readouterr().out
+    assert "4 points as 4 tasks" in out
+    assert "#SBATCH --array=0-3" in out and "#SBATCH --time=01:00:00" in out
+    assert main(["reproduce", "tiny", "--time", "1:00:00"]) == 2
+    assert "--scheduler" in capsys.readouterr().err

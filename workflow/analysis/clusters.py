@@ -1,13 +1,15 @@
-"""Aggregates, coordination of the backbone grain by grain, and the pair correlation function."""
+"""Aggregates, coordination of the backbone grain by grain, bridges, and the pair correlation function."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 
-from workflow.analysis.frame import Floats, Frame, Ints
+from workflow.analysis.frame import Bools, Floats, Frame, Ints
 from workflow.analysis.percolation import Clusters, force_magnitude, network_clusters
 from workflow.errors import InputError
 
@@ -67,6 +69,33 @@ def local_coordination(frame: Frame, *, least: int, tolerance: float | None = No
         if kept.all():
             return number
         i, j = i[kept], j[kept]
+
+
+def bridges(frame: Frame) -> Bools:
+    """True for interactions without which their two grains would not be connected, (M,).
+
+    Every interaction outside a spanning forest closes a loop and gets a random number of 63 bits; one of the forest is in a
+    loop unless the numbers of those that leave the branch behind it cancel, none being there.
+    """
+    i, j, count = frame.contacts.i, frame.contacts.j, frame.grains
+    network = csr_array((np.ones(len(i)), (i, j)), shape=(count + 1, count + 1))
+    _, label = connected_components(network, directed=False)
+    first = np.unique(label, return_index=True)[1][:-1]  # a grain of each part; the root, of no grain, joins them
+    network += csr_array((np.ones(len(first)), (np.full(len(first), count), first)), shape=network.shape)
+    order, above = breadth_first_order(network, count, directed=False)
+    keys = np.sort(np.column_stack((i, j)), axis=1) @ [count, 1]
+    once = np.zeros(len(i), dtype=bool)  # two grains that meet twice, around the cell, are a loop
+    once[np.unique(keys, return_index=True)[1]] = True
+    forest = once & ((above[i] == j) | (above[j] == i))
+    marks = np.random.default_rng(0).integers(1, 2**63, len(i))
+    behind = np.zeros(count + 1, dtype=np.int64)
+    for end in (i, j):
+        np.bitwise_xor.at(behind, end[~forest], marks[~forest])
+    total, parent = behind.tolist(), above.tolist()
+    for grain in order[:0:-1].tolist():
+        total[parent[grain]] ^= total[grain]
+    below = np.where(above[i] == j, i, j)
+    return forest & (np.array(total)[below] == 0)
 
 
 def pair_correlation(frame: Frame, edges: Floats) -> PairCorrelation:

@@ -43,6 +43,11 @@ class FractalFit:
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     @property
+    def wavelength(self) -> float:
+        """2 pi xi [length], the wavelength at k xi = 1: xi itself for who counts k as 1/wavelength."""
+        return 2.0 * np.pi * self.xi
+
+    @property
     def ell(self) -> float:
         """The length of eq. 27, from plateau = 2 pi Phi ell^(2 - d_F) Gamma(d_F) xi^d_F; NaN for d_F >= 2."""
         if self.dimension >= 2.0:

@@ -7,7 +7,7 @@ a, force F0 or a P).  Sign convention (G07 sec. II B): the unit normal n points 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -125,6 +125,14 @@ class Frame:
     def area(self) -> float:
         """Cell area A = L1 L2."""
         return float(self.cell[0] * self.cell[1])
+
+    def select(self, kept: Bools) -> Frame:
+        """The grains of ``kept`` (N,) and the interactions between them, in the same cell."""
+        row = np.cumsum(kept) - 1
+        table = self.contacts.select(kept[self.contacts.i] & kept[self.contacts.j])
+        table = replace(table, i=row[table.i], j=row[table.j])
+        names = ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")
+        return replace(self, contacts=table, **{name: getattr(self, name)[kept] for name in names})
 
 
 @dataclass(frozen=True)

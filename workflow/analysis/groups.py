@@ -233,7 +233,7 @@ def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:
 
 def _fit(mean: Scattering, window: tuple[float, float], *, weighted: bool) -> dict[str, Any]:
     fit = fit_fractal(mean, window, weighted=weighted)
-    return asdict(fit) | {"errors": fit.errors, "ell": fit.ell}
+    return asdict(fit) | {"errors": fit.errors, "ell": fit.ell, "wavelength": fit.wavelength}
 
 
 def correlation(frame: Frame, law: Constants) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import inv, null_space, qr
@@ -115,10 +115,7 @@ def without_loose(frame: Frame) -> Frame:
     """``frame`` without the grains that interact with none: their free motions say nothing about the network."""
     held = np.zeros(frame.grains, dtype=bool)
     held[frame.contacts.i] = held[frame.contacts.j] = True
-    row = np.cumsum(held) - 1
-    names = ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")
-    table = replace(frame.contacts, i=row[frame.contacts.i], j=row[frame.contacts.j])
-    return replace(frame, contacts=table, **{name: getattr(frame, name)[held] for name in names})
+    return frame.select(held)
 
 
 def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, free_cell: bool = False) -> SelfStress:

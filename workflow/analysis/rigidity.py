@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
-from workflow.analysis.frame import Floats, Frame, Ints
+from workflow.analysis.clusters import bridges
+from workflow.analysis.frame import Bools, Floats, Frame, Ints
 from workflow.analysis.network import (
     TRANSLATIONS,
     Degrees,
@@ -39,6 +41,11 @@ class Rigidity:
     0; ``positive_definite``: K resists every motion except the translations; ``unstable_modes``: directions in which
     K is negative (only distant pairs can cause them).  ``smallest_pivot`` and ``largest_residue``: the smallest pivot
     taken as nonzero and the largest taken as zero, the gap that makes the counts trustworthy.
+
+    The backbone: the largest part of the network that no single contact holds together (with rolling resistance one contact
+    is enough; a distant pair never is), of ``backbone_grains``.  Left out are loose grains, clusters that float in holes, and
+    whatever hangs on one contact and so rolls around it.  ``backbone_mechanisms``: its floppy modes beyond the
+    translations; ``positive_definite_backbone``: it has none and no unstable mode.
     """
 
     grains: int
@@ -53,6 +60,9 @@ class Rigidity:
     unstable_modes: int
     smallest_pivot: float
     largest_residue: float
+    backbone_grains: int
+    backbone_mechanisms: int
+    positive_definite_backbone: bool
 
     @property
     def mechanisms(self) -> int:
@@ -83,6 +93,11 @@ def rigidity(
     soft = eigenvalues_below(csc_array(matrix.T @ matrix), ZERO, np.concatenate(order))
     _check_identities(book, hyperstaticity, motions, soft)
     unstable = _unstable_modes(frame, book, springs, motions)
+    definite = motions.nullity == TRANSLATIONS and unstable == 0
+    kept = _backbone(frame, rolling)
+    mechanisms, rigid = motions.nullity - TRANSLATIONS, definite
+    if not kept.all():
+        mechanisms, rigid = _alone(frame.select(kept), springs, free_cell, friction, rolling)
     return Rigidity(
         grains=book.grains,
         contacts=book.contacts,
@@ -92,10 +107,13 @@ def rigidity(
         hyperstaticity=hyperstaticity,
         floppy_modes=motions.nullity,
         cell_degrees=book.cell,
-        positive_definite=motions.nullity == TRANSLATIONS and unstable == 0,
+        positive_definite=definite,
         unstable_modes=unstable,
         smallest_pivot=min(motions.smallest_live, forces.smallest_live),
         largest_residue=max(motions.largest_dead, forces.largest_dead),
+        backbone_grains=int(kept.sum()),
+        backbone_mechanisms=mechanisms,
+        positive_definite_backbone=rigid,
     )
 
 
@@ -157,6 +175,22 @@ def _unstable_modes(frame: Frame, book: Degrees, springs: Springs, motions: Fact
     """
     stiffness = stiffness_matrix(frame, book, springs, length_unit(frame)) / springs.normal
     return eigenvalues_below(stiffness, -MARGINAL, motions.independent) if book.distant else 0
+
+
+def _backbone(frame: Frame, rolling: bool) -> Bools:
+    """Grains of the backbone, (N,); see `Rigidity`."""
+    holds = ~(bridges(frame) & ~frame.contacts.touching) if rolling else ~bridges(frame)
+    edges = (np.ones(int(holds.sum())), (frame.contacts.i[holds], frame.contacts.j[holds]))
+    label = connected_components(csr_array(edges, shape=(frame.grains, frame.grains)), directed=False)[1]
+    return label == np.bincount(label).argmax()
+
+
+def _alone(part: Frame, springs: Springs, free_cell: bool, friction: bool, rolling: bool) -> tuple[int, bool]:
+    """Mechanisms of a part of a network on its own, and whether its K is positive definite."""
+    book = degrees(part, friction=friction, rolling=rolling, free_cell=free_cell)
+    motions = factorise(dimensionless(part, book), *grain_order(part, book))
+    mechanisms = motions.nullity - TRANSLATIONS
+    return mechanisms, mechanisms == 0 and _unstable_modes(part, book, springs, motions) == 0
 
 
 def _check_identities(book: Degrees, hyperstaticity: int, motions: Factorisation, soft: int) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 Columns = dict[str, np.ndarray]
 GRAPHML, TYPES = "http://graphml.graphdrawing.org/xmlns", {"i": "long", "f": "double", "b": "boolean"}
+SIDES = np.array([[0, 0], [1, 0], [1, 0], [1, 1], [1, 1], [0, 1], [0, 1], [0, 0]])  # of the cell, each from corner to corner
 PLAIN = tuple(field.name for field in fields(Contacts) if field.name not in ("i", "j", "branch"))
 
 
@@ -120,21 +121,24 @@ def write_parquet(frames: Iterable[Frame], folder: Path) -> list[Path]:
 
 
 def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
-    """``grains.pvd`` and ``contacts.pvd`` for ParaView, with a VTP file for each frame.
+    """``grains.pvd``, ``contacts.pvd`` and ``cell.pvd`` for ParaView, with a VTP file for each frame.
 
     Grains are points; each contact is a line of its own from the centre of i along the branch, so that contacts across a
-    border of the cell stick out of it.
+    border of the cell stick out of it; the cell is its four sides.
     """
-    series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": []}
+    series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": [], "cell": []}
     for number, frame in enumerate(frames):
         clock = {"TimeValue": np.array([frame.time]), "cell": np.concatenate((frame.origin, frame.cell))}
         grains = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "velocity": _spatial(frame.velocity),
                   "spin": frame.spin, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
         start = frame.position[frame.contacts.i]
         ends = np.stack((start, start + frame.contacts.branch), axis=1).reshape(-1, 2)
+        sides = frame.origin + frame.cell * SIDES
         for name, points, kind, data in (
-            ("grains", frame.position, "Verts", grains), ("contacts", ends, "Lines", contact_columns(frame)),
-        ):  # fmt: skip
+            ("grains", frame.position, "Verts", grains),
+            ("contacts", ends, "Lines", contact_columns(frame)),
+            ("cell", sides, "Lines", {}),
+        ):
             path = folder / f"{name}.{number:05d}.vtp"
             write_polydata(path, _spatial(points), kind, data, clock)
             series[name].append((frame.time, path))

@@ -111,6 +111,11 @@ class Archive:
         with self._reading("stages"):
             return tuple(self._file[layout.STAGE].asstr()[:])
 
+    @property
+    def ends(self) -> dict[str, int]:
+        """Number of the last frame of each stage, in the order of the stages."""
+        return {stage: k for k, stage in enumerate(self.stages)}
+
     @cached_property
     def series(self) -> dict[str, Floats]:
         """Time series, name -> (rows,) float64, beginning with ``step`` and ``time``; empty if none was written."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from workflow.archive.read import Archive
-from workflow.cli.sources import archived
+from workflow.cli.sources import archived, packing
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
@@ -25,6 +27,32 @@ def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[
         if not runs[name]:
             raise InputError(f"'{path}' has no time series; let it run longer")
     density_history(runs, paths, stages=stages)
+
+
+def consolidation(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
+    """Solid fraction and coordination number at the end of each stress of all runs; ``names`` instead of the directories'."""
+    from workflow.report import assembling
+
+    runs = {}
+    for path, name in zip(directories, names or [path.name for path in directories], strict=True):
+        directory = archived(RunDirectory.open(path))
+        with Archive(directory / ARCHIVE) as archive:
+            series = archive.series
+        scene = packing(directory)
+        curve: list[tuple[float, float, float]] = []
+        for number, stage in scene.stages.items():
+            rows = np.flatnonzero(series["stage"] == number) if series else np.zeros(0, dtype=int)
+            stress = scene.pressure_of(stage)
+            if not len(rows) or not stress:
+                continue
+            if curve and curve[-1][0] == stress:  # load, then settle: the latter counts
+                curve.pop()
+            curve.append((stress, series["solid_fraction"][rows[-1]], series["coordination"][rows[-1]]))
+        if not curve:
+            raise InputError(f"'{path}' was under no stress yet; let it run longer, or leave it out")
+        stresses, densities, coordinations = np.array(curve).T
+        runs[name] = (stresses, densities, coordinations)
+    assembling.consolidation(runs, paths)
 
 
 def pores(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:

@@ -13,7 +13,7 @@ from workflow.errors import InputError
 
 EXAMPLES = """
 wf export runs/method1-130aae48                        grains and contacts of the last frame as CSV, in its folder export
-wf export runs/method1-130aae48 --to vtk --all         every frame for ParaView: open grains.pvd and contacts.pvd
+wf export runs/method1-130aae48 --to vtk --all         every frame for ParaView: open the three .pvd files
 wf export runs/method1-130aae48 --to gsd --all         every frame for OVITO: open run.gsd
 wf export packing --to parquet,graphml --frame 0       the first frame; elsewhere with --out DIR
 wf export grains.dump --contacts contacts.dump         LAMMPS dumps of another deck

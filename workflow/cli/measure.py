@@ -9,16 +9,20 @@ from typing import Any
 
 from workflow.analysis.groups import GROUPS, chosen_groups
 from workflow.analysis.samples import pool
+from workflow.archive.read import Archive
 from workflow.cli.options import command
 from workflow.cli.run import summary
-from workflow.cli.sources import add_sources, frame_of, measures_from
-from workflow.engine.rundir import RunDirectory
+from workflow.cli.sources import add_sources, archived, frame_of, measures_from, options_of, packing
+from workflow.engine.collect import measures_of
+from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
+from workflow.study.evaluate import found_at
 
 EXAMPLES = """
 wf measure runs/method1-130aae48                         for people
 wf measure runs/method1-130aae48 --json                  for programs
 wf measure runs/method1-130aae48 --only forces,holes     chosen groups beside the standard numbers
+wf measure runs/consolidation-130aae48 --stages          the end of every stage, one row each
 wf measure sample1 sample2 sample3 --only all            mean and scatter over samples
 wf measure grains.dump --contacts contacts.dump          LAMMPS dumps of another deck
 """
@@ -33,6 +37,7 @@ def declare(commands: Any) -> None:
     )  # fmt: skip
     add_sources(parser)
     parser.add_argument("--only", metavar="GROUPS", help="groups beside the standard numbers: names with commas, all, or none")
+    parser.add_argument("--stages", action="store_true", help="the last frame of every stage of one run, one row each")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -49,6 +54,8 @@ def action(arguments: argparse.Namespace) -> int:
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed
     if len(arguments.source) > 1 and len(set(arguments.source)) < len(arguments.source):
         raise InputError("a source is named twice; samples must be different runs")
+    if arguments.stages:
+        return _stages(arguments, named)
     measures = [measures_from(source, arguments, named) for source in arguments.source]
     pooled = len(measures) > 1
     result = pool(measures, frame_of(arguments.source[0], arguments)[1]) if pooled else measures[0]
@@ -58,6 +65,36 @@ def action(arguments: argparse.Namespace) -> int:
         print(_text(result, arguments, pooled=pooled, named=named is not None))
     asked = chosen_groups(named, 0) if named else []
     return int(any("error" in sample[name] for sample in measures for name in asked))
+
+
+# columns of --stages: heading, path in the measures
+COLUMNS = {
+    "t": "time", "stress": "stress.pressure", "Phi": "solid_fraction", "z": "coordination",
+    "z+": "forces.populations.repulsive.coordination", "z-": "forces.populations.tensile.coordination",
+    "z0": "forces.populations.vanishing.coordination", "strong": "forces.populations.strong", "H": "rigidity.hyperstaticity",
+    "k": "rigidity.floppy_modes",
+}  # fmt: skip
+
+
+def _stages(arguments: argparse.Namespace, named: list[str] | None) -> int:
+    """One row, or with --json one entry, for the last frame of each stage."""
+    source, *others = arguments.source
+    if others or source.is_file():
+        raise InputError(f"--stages is not allowed with '{others[0] if others else source}': give one run directory")
+    directory = archived(RunDirectory.open(source))
+    packing(directory)
+    with Archive(directory / ARCHIVE) as archive:
+        ends = archive.ends
+    found = {stage: measures_of(directory, k, groups=named, **options_of(arguments)) for stage, k in ends.items()}
+    if arguments.json:
+        print(json.dumps(found, indent=1))
+        return 0
+    width = max(map(len, found))
+    print(" ".join([f"{'stage':{width}s}", *(f"{name:>9s}" for name in COLUMNS)]))
+    for stage, measures in found.items():
+        values = [found_at(measures, path) for path in COLUMNS.values()]
+        print(" ".join([f"{stage:{width}s}", *(f"{'-' if value is None else format(value, '.4g'):>9s}" for value in values)]))
+    return 0
 
 
 def _text(result: dict[str, Any], arguments: argparse.Namespace, *, pooled: bool, named: bool) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
-from workflow.cli.assembling import density, pores
+from workflow.cli.assembling import consolidation, density, pores
 from workflow.cli.options import command
 from workflow.cli.sources import add_sources, archived, frame_of, packing
 from workflow.engine.heap import ground
@@ -24,11 +24,12 @@ wf plot packing --figure stressed,cloud,angles         chosen figures; all: ever
 wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
 wf plot runs/method1-* runs/method2-* --figure density  both methods, solid fraction against time (G07 fig. 4)
 wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
+wf plot runs/consolidation-* --figure consolidation    Phi and z against P*
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
 HISTORY, DEFAULT = "history", ("forces", "history")
-OF_RUNS = (HISTORY, "density", "pores")  # need the time series or the stages of run directories
+OF_RUNS = (HISTORY, "density", "pores", "consolidation")  # need the time series or the stages of run directories
 # here and not in the gallery, because the help must not wait for matplotlib
 FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "coordination", "self_stress", "floppy", "vibrations",
            "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", *OF_RUNS)  # fmt: skip
@@ -57,7 +58,7 @@ def action(arguments: argparse.Namespace) -> int:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
     out = arguments.out or (first.parent if first.is_file() else first)
     samples = [frame_of(source, arguments) for source in arguments.source] if set(names) - set(OF_RUNS) else []
-    together = {"density": density, "pores": pores}
+    together = {"density": density, "pores": pores, "consolidation": consolidation}
     out.mkdir(parents=True, exist_ok=True)
     for name in names:
         paths = [out / f"{name}.{kind}" for kind in arguments.format]
@@ -96,7 +97,7 @@ def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
     history(
         series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
         unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
-        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages,
+        tolerance=scene.force_tolerance * scene.force_unit, stages=scene.stages, force="F_0" if scene.cohesion else "aP",
     )  # fmt: skip
     return paths
 

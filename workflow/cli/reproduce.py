@@ -12,8 +12,9 @@ from typing import Any
 
 from workflow.archive.read import Archive
 from workflow.cli.assembling import density, pores
+from workflow.cli.deck import add_cluster, job_of
 from workflow.cli.options import command
-from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan
+from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
 from workflow.engine.heap import ground
 from workflow.engine.rundir import ARCHIVE
 from workflow.errors import InputError, WorkflowError
@@ -32,6 +33,8 @@ wf reproduce gilabert2007 --table 5 --samples 2      two samples of each kind in
 wf reproduce gilabert2007 --figure 9                 figures 9a to 9c and the runs they need
 wf reproduce gilabert2007 --dry-run                  what would be computed, what is done
 wf reproduce gilabert2007 --adopt runs --no-run      the scoreboard of the finished runs found in runs
+wf reproduce gilabert2007 --scheduler slurm --time 12:00:00
+                                                     as a job array; then --no-run for the scoreboard
 wf status runs/gilabert2007                          where it stands
 """
 
@@ -46,6 +49,8 @@ def declare(commands: Any) -> None:
     parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
     add_jobs(parser)
+    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
+    add_cluster(parser)
     parser.add_argument("--no-run", action="store_true", help="compute nothing: the scoreboard of what is finished")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
 
@@ -53,6 +58,7 @@ def declare(commands: Any) -> None:
 def action(arguments: argparse.Namespace) -> int:
     """Compute what is missing, measure, compare, draw."""
     check_jobs(arguments)
+    profile = job_of(arguments, local=("ranks",))
     if arguments.samples is not None and arguments.samples < 1:
         raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
     paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
@@ -62,12 +68,14 @@ def action(arguments: argparse.Namespace) -> int:
     if paper.quick:
         print("quick: fewer and smaller samples, not the paper's size", file=sys.stderr)
     if arguments.dry_run:
-        print(plan(study))
         print("\n".join(f"figure {one.number}: {one.plot or 'not drawn'}: {one.shows}" for one in paper.drawings))
+        print(plan(study, profile, arguments))
         return 0
+    if profile and not arguments.no_run:
+        return send(study, profile, arguments)
     if arguments.no_run:
         declare_and_adopt(study, arguments)
-    outcome = Outcome() if arguments.no_run else carry_out(study, arguments)
+    outcome = Outcome() if arguments.no_run else carry_out(study, arguments, ranks=arguments.ranks)
     if outcome.interrupted:
         return ended(outcome)
     found = rows(study, numbers, _say)

@@ -69,9 +69,7 @@ def action(arguments: argparse.Namespace) -> int:
     folder = arguments.out or Path("runs") / arguments.file.stem
     study = Study(folder, read_sweep(arguments.file))
     if arguments.dry_run:
-        print(plan(study))
-        if profile:
-            print(preview(study, profile, at_once=arguments.jobs, retry=arguments.retry))
+        print(plan(study, profile, arguments))
         return 0
     if profile:
         return send(study, profile, arguments)
@@ -138,11 +136,12 @@ def ended(outcome: Outcome) -> int:
     return 130 if outcome.interrupted else int(outcome.failed > 0)
 
 
-def plan(study: Study) -> str:
-    """One line per point, then what is left to compute."""
+def plan(study: Study, profile: Profile | None, arguments: argparse.Namespace) -> str:
+    """One line per point, then what is left to compute, and of a job the script that would be submitted."""
     standings = [study.standing(point) for point in study.points]
     rows = [f"{now.status:11s} {point.name}  {study.label(point)}" for point, now in zip(study.points, standings, strict=True)]
     done = sum(now.status == DONE for now in standings)
     left = remaining(study.points, standings)
     cost = f", about {duration(left)} of one core" if left else ""
-    return "\n".join([*rows, f"{len(study.points)} points, {done} done{cost}"])
+    job = [preview(study, profile, at_once=arguments.jobs, retry=arguments.retry)] if profile else []
+    return "\n".join([*rows, f"{len(study.points)} points, {done} done{cost}", *job])

@@ -26,7 +26,7 @@ step_of() {
 newest() {
   local file at
   checkpoint='' step=-1 stage=1
-  for file in checkpoint.[0-9].[ab]; do
+  for file in checkpoint.[0-9].[ab] checkpoint.[0-9][0-9].[ab] checkpoint.[0-9][0-9][0-9].[ab]; do
     [ -f "$file" ] && at=$(step_of "$file") && [ "$at" -ge "$step" ] && checkpoint=$file step=$at
   done
   [ -z "$checkpoint" ] || { stage=${checkpoint#checkpoint.}; stage=${stage%.*}; }
@@ -35,7 +35,7 @@ newest() {
 # drops what a lost end of the run wrote: checkpoints beyond the newest, rows beyond its step, frames at or beyond it
 cut_back() {
   local file at
-  for file in checkpoint.[0-9].[ab]; do
+  for file in checkpoint.[0-9]*.[ab]; do
     [ "$file" = "$checkpoint" ] || { at=$(step_of "$file") && [ "$at" -le "$step" ] && [ -n "$checkpoint" ]; } ||
       rm -f -- "$file" "$file.json"
   done

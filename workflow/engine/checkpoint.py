@@ -96,7 +96,7 @@ def _fits(path: Path) -> bool | None:
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.glob("checkpoint.[0-9].[ab]"))
+    return sorted(path for path in folder.glob("checkpoint.[0-9]*.[ab]"))
 
 
 def _seal(path: Path) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from workflow.analysis.contacts import measure, solid_fraction
 from workflow.analysis.energy import energies
-from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.frame import Contacts, Floats, Frame
 from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
 from workflow.archive.dumps import read_frames, read_tracks
@@ -121,7 +121,7 @@ def measures_of(
     with Archive(directory / ARCHIVE) as archive:
         chosen = archive.frame(frame)
         last = chosen.step == archive.frame(-1).step
-        ends = {stage: k for k, stage in enumerate(archive.stages)}  # the last frame of each stage
+        ends = archive.ends
         relaxed = {
             after: relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
             for before, after in scene.relaxations
@@ -161,9 +161,10 @@ def _energy(frame: Frame, law: Law) -> dict[str, float]:
 
 
 def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
-    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach.
+    """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach;
+    how fast the cell was strained.
 
-    Overlap and approach are those of the rows of the time series, the largest of each.
+    Overlap, approach and strain rate are those of the rows of the time series, the largest of each.
     """
     step, law = scene.step_choice.step, scene.law_in_units
     approach = longest = 0.0
@@ -179,8 +180,17 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
         "largest_overlap": (overlap := float(series["overlap"].max()) if series else 0.0),
         "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
         "fastest_approach": approach,
+        "largest_strain_rate": _strain_rate(series) if series else 0.0,
         "steps_in_tail": law.d0 / longest if law.f0 > 0 and longest > 0 else None,
     }
+
+
+def _strain_rate(series: Mapping[str, Floats]) -> float:
+    """Largest |d ln L/dt| of the two lengths of the cell, mean between two rows of the time series [1/T0]."""
+    lengths = np.log([series["length_x"], series["length_y"]])
+    time = np.diff(series["time"])
+    moved = time > 0  # the row of a stage's end may be written twice
+    return float(np.abs(np.diff(lengths)[:, moved] / time[moved]).max(initial=0.0))
 
 
 def relaxation(before: Frame, after: Frame) -> dict[str, Any]:

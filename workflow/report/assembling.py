@@ -59,6 +59,30 @@ def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mappi
                           xytext=(-3, 5), ha="right", fontsize=7, color=colour)  # fmt: skip
 
 
+def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathLike | Sequence[PathLike]) -> None:
+    """Solid fraction and coordination number against P* on a logarithmic axis; open marks where the stress falls.
+
+    ``runs``: label -> (P*, Phi, z), float64 (n,), in the order in which the stresses were put on.  Raises InputError
+    without a run.
+    """
+    if not runs:
+        raise InputError("consolidation: no run was given; choose one or more")
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+        names = (r"solid fraction $\Phi$", "coordination number $z$")
+        for column, (axes, name) in enumerate(zip(figure.subplots(1, 2), names, strict=True)):
+            colours = (BLUE, RED, GREEN, ORANGE, INK) * len(runs)
+            for (label, curve), colour in zip(runs.items(), colours, strict=False):
+                stress, value = curve[0], curve[1 + column]
+                top = int(np.argmax(stress))
+                axes.plot(stress[: top + 1], value[: top + 1], "o-", markersize=4, color=colour, label=label)
+                axes.plot(stress[top:], value[top:], "o--", markersize=4, color=colour, markerfacecolor="none", zorder=1)
+            axes.set(xscale="log", xlabel="$P^*$", ylabel=name)
+            axes.spines[["top", "right"]].set_visible(False)
+        figure.axes[0].legend(frameon=False, fontsize=8, loc="upper left")
+        save(figure, path)
+
+
 def snapshots(frames: Sequence[Frame], path: PathLike | Sequence[PathLike], *, names: Sequence[str]) -> None:
     """Frames side by side at one scale, each with its cell, so that the shrinking of cell and pores is seen.
 
@@ -106,7 +130,7 @@ def _image(axes: Axes, frame: Frame, extent: Floats, points: float) -> None:
 def closing(frames: Sequence[Frame], count: int = 4) -> list[int]:
     """Indices of up to ``count`` frames from the last of the loosest stage on, spread evenly over solid fraction."""
     density = np.array([solid_fraction(frame) for frame in frames])
-    under = [k for k, frame in enumerate(frames) if frame.stage in ("load", "settle")]
+    under = [k for k, frame in enumerate(frames) if frame.stage.startswith(("load", "settle"))]
     first = max(under[0] - 1, 0) if under else 0
     wanted = np.linspace(density[first], density[-1], count)
     chosen = {first, len(frames) - 1, *(first + int(np.argmin(np.abs(density[first:] - value))) for value in wanted)}

@@ -184,7 +184,7 @@ def vibration_chart(samples: Sequence[Vibrations], path: Path, *, whole: bool) -
             upper.set_ylabel("number of modes")
         share = np.concatenate([s.participation for s in samples])
         lower.plot(every[mechanical], share[mechanical], ".", color=BLUE, markersize=2.5, alpha=0.6, markeredgewidth=0)
-        lower.set(xlabel=r"frequency $\omega$", ylabel="participation ratio", ylim=(0, None))
+        lower.set(xlabel=r"frequency $\omega$ $[1/T_0]$", ylabel="participation ratio", ylim=(0, None))
         for axes in (upper, lower):
             axes.spines[["top", "right"]].set_visible(False)
             axes.tick_params(direction="in")
@@ -208,7 +208,7 @@ def hole_sizes(samples: Sequence[Holes], path: Path) -> None:
             value = float(np.mean(weighted))
             axes.axvline(value, color=RED, linestyle="--", linewidth=1.0, label=rf"$\langle R\rangle_w$ = {value:.2f} $a$")
             axes.legend(frameon=False, fontsize=7)
-        axes.set(xscale="log", yscale="log", xlabel="$R_H/a$", ylabel="number density $[1/a]$")
+        axes.set(xscale="log", yscale="log", xlabel="$R_H/a$", ylabel="density of holes over $R_H$ $[1/a]$")
         save(figure, path)
 
 

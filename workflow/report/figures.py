@@ -78,14 +78,17 @@ def force_network(
 
 
 def below(axes: Axes, handles: Sequence[Line2D]) -> None:
-    """Legend under the cell."""
-    axes.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.015), ncols=5, frameon=False, handlelength=2.2,
-        columnspacing=1.4, fontsize=8,
-    )  # fmt: skip
+    """Legend under the cell, in one row or, where the sheet is too narrow for that, in two."""
+    for columns in (len(handles), (len(handles) + 1) // 2):
+        legend = axes.legend(
+            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=max(columns, 1), frameon=False,
+            handlelength=2.2, columnspacing=1.4, fontsize=8, borderaxespad=0.2,
+        )  # fmt: skip
+        if legend.get_window_extent().width <= axes.figure.bbox.width:
+            return
 
 
-def sheet(frame: Frame, bottom: float = 0.45) -> tuple[Figure, Axes, float]:
+def sheet(frame: Frame, bottom: float = 0.5) -> tuple[Figure, Axes, float]:
     """Figure with the cell as axes over ``bottom`` inches, and the points on paper per unit of length."""
     inch = LONG_SIDE / float(frame.cell.max())
     width, height = frame.cell * inch
@@ -189,12 +192,14 @@ def history(
     targets: Sequence[float | None] = (),
     tolerance: float = 1e-4,
     stages: Mapping[int, str] | None = None,
+    force: str = "F_0",
 ) -> None:
     """Solid fraction, stresses and unbalanced force and moment (log scale) against time, in three panels.
 
     ``density``, ``stresses``, ``unbalanced``: columns of ``series``.  ``targets``: imposed stresses (dashed), None for
     a fixed length.  ``tolerance``: equilibrium level (dashed).  Dotted verticals where ``series["stage"]`` changes,
-    labelled with ``stages``.  Raises InputError for a column that does not exist, an empty series, a bad suffix.
+    labelled with ``stages``.  ``force``: its unit in the labels.  Raises InputError for a column that does not exist, an
+    empty series, a bad suffix.
     """
     needed = ("time", "stage", density, *stresses, *unbalanced)
     missing = [name for name in needed if name not in series]
@@ -205,13 +210,13 @@ def history(
         figure = Figure(figsize=(6.5, 6.2), layout="constrained")
         top, middle, bottom = figure.subplots(3, 1, sharex=True)
         _curves(top, series, [density], r"solid fraction $\Phi$")
-        _curves(middle, series, stresses, "stress")
-        _curves(bottom, series, unbalanced, "unbalanced")
+        _curves(middle, series, stresses, rf"stress $[{force}/a]$")
+        _curves(bottom, series, unbalanced, rf"unbalanced $[{force},\ {force}\,a]$")
         for target in sorted({target for target in targets if target is not None}):
             middle.axhline(target, color=INK, linestyle="--", linewidth=0.8, label=f"target {target:g}")
         bottom.set_yscale("log", nonpositive="mask")
         bottom.axhline(tolerance, color=INK, linestyle="--", linewidth=0.8, label=f"tolerance {tolerance:g}")
-        bottom.set_xlabel("time")
+        bottom.set_xlabel("time $[T_0]$")
         for axes in (middle, bottom):
             axes.legend(frameon=False, ncols=4, fontsize=8, loc="lower right", bbox_to_anchor=(1, 0.97), borderpad=0)
         _stages(top, (middle, bottom), series, stages or {})

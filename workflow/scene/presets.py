@@ -13,6 +13,7 @@ from typing import Any
 import tomli_w
 
 from workflow.errors import InputError
+from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
@@ -21,7 +22,7 @@ from workflow.scene.quantity import unknown_name
 
 Packed = Packing  # the scenes that assemble a packing
 Scene = Packing | Heap
-SCENES: dict[str, type[Scene]] = {Method1.name: Method1, Method2.name: Method2, Heap.name: Heap}
+SCENES: dict[str, type[Scene]] = {cls.name: cls for cls in (Method1, Method2, Consolidation, Heap)}
 SCENES_VARIABLE = "WORKFLOW_SCENES"  # Python files with further scenes, separated as in PATH
 
 

@@ -29,10 +29,9 @@ def frame_index(directory: RunDirectory, stage: str | None) -> int:
     if stage is None:
         return -1
     with Archive(directory / ARCHIVE) as archive:
-        found = [k for k, name in enumerate(archive.stages) if name == stage]
-    if not found:
-        raise InputError(f"'{directory.path}' has no frame of stage {stage}")
-    return found[-1]
+        if stage in archive.ends:
+            return archive.ends[stage]
+    raise InputError(f"'{directory.path}' has no frame of stage {stage}")
 
 
 def measured(directory: RunDirectory, stage: str | None, group: str | None, kept: Path) -> dict[str, Any]:

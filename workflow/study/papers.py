@@ -112,7 +112,7 @@ class Paper:
 
 
 def points_of(numbers: Sequence[Printed], drawings: Sequence[Drawing]) -> list[Point]:
-    """The runs that numbers and figures need, each once: small ones first, and the first sample of everything before the second."""
+    """The runs that numbers and figures need, each once: small ones first, the first sample of everything before the second."""
     cases = [number.case for number in numbers if number.measure] + [case for d in drawings for case in d.cases]
     values = {repr(sorted(one.items())): one for case in cases if case.options for one in case.values()}
     points = {point.digest: point for point in map(Point.of, values.values())}

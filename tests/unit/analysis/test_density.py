@@ -230,6 +230,10 @@ def test_exact_data_are_fitted_exactly():
         fit = fit_fractal(sampled(k, fractal_intensity(k, 0.5, d, xi, 0.4, 0.02), phi=0.5), (0.02, 6.0), weighted=False)
         found = (fit.dimension, fit.xi, fit.ell, fit.constant)
         assert found == pytest.approx((d, xi, 0.4, 0.02), rel=1e-4)  # where the minimiser stops
+        # who counts k as 1/wavelength finds the same d_F, and our ``wavelength`` for xi
+        counted = sampled(k / (2 * np.pi), fractal_intensity(k, 0.5, d, xi, 0.4, 0.02), phi=0.5)
+        other = fit_fractal(counted, (0.003, 1.0), weighted=False)
+        assert (other.dimension, other.xi) == pytest.approx((d, fit.wavelength), rel=1e-4)
 
 
 def test_fit_says_what_it_lacks():

@@ -122,6 +122,75 @@ def test_stability_agrees_with_dense_eigenvalues(seed):
         assert result.positive_definite == (np.count_nonzero(values < 1e-9) == 2)
 
 
+def backbone_of(frame, rolling):
+    """Twin: cut every interaction that alone holds its two ends together, unless it is a contact that does not roll."""
+    pairs = list(zip(frame.contacts.i, frame.contacts.j, strict=True))
+
+    def part_of(grain, edges):
+        part, grown = set(), {grain}
+        while grown != part:
+            part, grown = grown, grown | {end for edge in edges if grown & set(edge) for end in edge}
+        return part
+
+    cut = [
+        pair for k, pair in enumerate(pairs) if not (rolling and frame.contacts.gap[k] < 0)
+        and pair[1] not in part_of(pair[0], pairs[:k] + pairs[k + 1 :])
+    ]  # fmt: skip
+    left = [pair for pair in pairs if pair not in cut]
+    return sorted(max((part_of(grain, left) for grain in range(frame.grains)), key=len))
+
+
+def alone(frame, kept):
+    """The network between the grains ``kept``, built anew."""
+    place = {grain: row for row, grain in enumerate(kept)}
+    rows = [k for k, pair in enumerate(zip(frame.contacts.i, frame.contacts.j, strict=True)) if set(pair) <= set(kept)]
+    table = frame.contacts.select(rows)
+    ends = [[place[grain] for grain in side] for side in (table.i, table.j)]
+    return frame_of(frame.position[kept], frame.diameter[kept], frame.cell, *ends, table.branch, gap=table.gap)
+
+
+@pytest.mark.parametrize(("solid", "seed"), [(0.3, 0), (0.5, 1), (0.6, 2), (0.75, 3), (0.82, 4), (0.84, 5)])
+def test_the_backbone_is_counted_as_if_the_other_grains_were_not_there(solid, seed):
+    frame = packing(60, solid, seed)
+    gap = np.where(np.random.default_rng(seed).random(len(frame.contacts)) < 0.05, 1e-3, frame.contacts.gap)
+    frame, springs = replace(frame, contacts=replace(frame.contacts, gap=gap)), Springs(1.0, 1.0, 1e-4, distant=-1e-3)
+    for friction, rolling in MODELS:
+        kept = backbone_of(frame, rolling)
+        model = {"springs": springs, "friction": friction, "rolling": rolling, "free_cell": True}
+        result, expected = rigidity(frame, **model), rigidity(alone(frame, kept), **model)
+        assert result.backbone_grains == len(kept)
+        assert result.backbone_mechanisms == expected.mechanisms
+        assert result.positive_definite_backbone == expected.positive_definite
+
+
+def test_a_triangle_that_floats_in_a_hole_does_not_spoil_the_backbone():
+    rigid, triangle = double_triangle(), strip(3)
+    result = rigidity(together(rigid, triangle), springs=SPRINGS)
+    assert (result.mechanisms, result.backbone_grains, result.backbone_mechanisms) == (4, 4, 1)  # both turn, one moves besides
+    lattice = triangular(8)  # periodic, so that it cannot turn; a hexagon of it taken out and a triangle put there
+    apart = lattice.position - lattice.position[27]
+    hole = np.hypot(*(apart - lattice.cell * np.round(apart / lattice.cell)).T) < 2.1
+    corners = np.array([(0.0, 1.0), (-(0.75**0.5), -0.5), (0.75**0.5, -0.5)]) / 3**0.5  # of sides 1
+    grains = np.vstack((lattice.position[~hole], lattice.position[27] + corners))
+    result = rigidity(joined(grains, 1.0, lattice.cell, reach=1.001), springs=SPRINGS)
+    assert (result.grains - result.backbone_grains, result.mechanisms, result.backbone_mechanisms) == (3, 3, 0)
+    assert result.positive_definite_backbone and not result.positive_definite
+
+
+def test_a_grain_that_hangs_on_a_rigid_lattice_rolls_and_leaves_the_backbone_rigid():
+    frame = triangular(6)
+    cell = frame.cell + 20.0  # cut open, one grain more at the top right corner, another one on that
+    lattice = joined(frame.position + 3.0, 1.0, cell, reach=1.001)
+    corner, further = lattice.position[np.argmax(lattice.position.sum(axis=1))], np.array((0.8, 0.6))
+    tail = joined(np.vstack((lattice.position, corner + further, corner + 2 * further)), 1.0, cell, reach=1.001)
+    result = rigidity(tail, springs=SPRINGS)
+    # a lattice turns as a whole
+    assert (result.mechanisms, result.backbone_grains, result.backbone_mechanisms) == (1 + 2, 36, 1)
+    assert not result.positive_definite and not result.positive_definite_backbone
+    record = json.loads(json.dumps(rigidity(triangular(6), springs=SPRINGS).as_dict()))
+    assert record["positive_definite_backbone"] is True and record["backbone_grains"] == 36
+
+
 def test_counts_do_not_depend_on_labels_orientation_of_pairs_place_or_unit_of_length():
     frame = packing(60, 0.75, 3)
     order = np.random.default_rng(0).permutation(60)
@@ -165,6 +234,7 @@ def test_the_record_is_plain_json_even_without_contacts():
     assert record["floppy_modes"] == 8
     assert record["cell_degrees"] == 2
     assert record["positive_definite"] is False
+    assert (record["backbone_grains"], record["positive_definite_backbone"]) == (1, False)
 
 
 def test_a_network_at_the_edge_of_singularity_is_refused():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def vtp(path: Path) -> dict[str, np.ndarray]:
 
 def test_vtk_files_hold_points_and_lines(tmp_path):
     paths = written("vtk", tmp_path)
-    assert [path.name for path in paths] == ["grains.pvd", "contacts.pvd"]
+    assert [path.name for path in paths] == ["grains.pvd", "contacts.pvd", "cell.pvd"]
     assert re.findall(r'timestep="(\S+)".*file="(\S+)"', paths[1].read_text()) == [
         (repr(frame.time), f"contacts.0000{k}.vtp") for k, frame in enumerate(FRAMES)
     ]
@@ -98,6 +99,34 @@ def test_vtk_files_hold_points_and_lines(tmp_path):
     assert len(vtp(tmp_path / "contacts.00000.vtp")["Points/points"]) == 0
 
 
+def test_vtk_files_are_xml_whose_arrays_fill_them(tmp_path):
+    """What ParaView takes for granted: well-formed text, counts that are those of the arrays, and nothing else."""
+    for path in written("vtk", tmp_path):
+        members = ElementTree.parse(path).getroot().findall("Collection/DataSet")
+        assert [float(member.get("timestep")) for member in members] == [frame.time for frame in FRAMES]
+        for member in members:
+            text, data = (tmp_path / member.get("file")).read_bytes().split(b'<AppendedData encoding="raw">\n_', 1)
+            piece = ElementTree.fromstring(text + b"</VTKFile>").find("PolyData/Piece")
+            arrays = vtp(tmp_path / member.get("file"))
+            assert len(arrays["Points/points"]) == int(piece.get("NumberOfPoints"))
+            kind = "Verts" if "grains" in path.name else "Lines"
+            assert len(arrays[f"{kind}/offsets"]) == int(piece.get(f"NumberOf{kind}"))
+            size = sum(8 + array.nbytes for array in arrays.values())
+            assert data[size:] == b"\n</AppendedData>\n</VTKFile>\n"
+
+
+def test_vtk_lines_never_cross_the_cell(tmp_path):
+    """A contact over the border is as long as one inside; the sides of the cell close around the grains."""
+    written(
+        "vtk", tmp_path, [make_frame([[0.1, 1.0], [9.9, 1.0], [5.0, 5.0], [5.3, 5.0]], 0.4, (10.0, 8.0), origin=(0.0, -1.0))]
+    )
+    ends = vtp(tmp_path / "contacts.00000.vtp")["Points/points"].reshape(-1, 2, 3)
+    assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) == pytest.approx([0.2, 0.3])
+    sides = vtp(tmp_path / "cell.00000.vtp")["Points/points"].reshape(-1, 2, 3)
+    assert np.array_equal(sides[:, 1], np.roll(sides[:, 0], -1, axis=0))
+    assert sides[:, 0].tolist() == [[0, -1, 0], [10, -1, 0], [10, 7, 0], [0, 7, 0]]
+
+
 def test_vtk_itself_reads_them(tmp_path):
     pytest.importorskip("vtkmodules.vtkIOXML")
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -105,7 +134,7 @@ def test_vtk_itself_reads_them(tmp_path):
 
     written("vtk", tmp_path)
     for number, frame in enumerate(FRAMES):
-        for name, cells in (("grains", frame.grains), ("contacts", len(frame.contacts))):
+        for name, cells in (("grains", frame.grains), ("contacts", len(frame.contacts)), ("cell", 4)):
             reader = vtkXMLPolyDataReader()
             reader.SetFileName(str(tmp_path / f"{name}.{number:05d}.vtp"))
             reader.Update()

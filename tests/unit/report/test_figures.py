@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
@@ -96,6 +98,15 @@ def test_a_frame_without_interactions_is_drawn(tmp_path, frame):
     nothing = frame.contacts.select(np.zeros(60, bool))
     force_network(Frame(**{**vars(frame), "contacts": nothing}), tmp_path / "gas.png")
     assert (tmp_path / "gas.png").stat().st_size > 1000
+
+
+def test_the_legend_stays_on_the_sheet_of_a_narrow_cell(frame, drawn):
+    tall = replace(frame, cell=frame.cell * (0.4, 1.0))
+    force_network(tall, "x.png")
+    legend = drawn[0].axes[0].get_legend()
+    box, page = legend.get_window_extent(), drawn[0].bbox
+    assert len(legend.get_texts()) >= 4
+    assert page.x0 <= box.x0 and box.x1 <= page.x1 and box.y0 >= page.y0 and box.y1 <= drawn[0].axes[0].bbox.y0
 
 
 def test_history_marks_stages_targets_and_tolerance(series, drawn):

@@ -89,7 +89,7 @@ def test_samples_and_sizes_of_a_case() -> None:
     (fewer,) = [n.case for n in read_paper("gilabert2007", samples=1).numbers if n.case.where == a.where and n.quantity == "z"]
     assert [one["n"] for one in fewer.values()] == [1400, 5600]
     (quick,) = [n.case for n in read_paper("gilabert2007", quick=True).numbers if n.case.where == a.where and n.quantity == "z"]
-    assert {one["n"] for one in quick.values()} == {150}
+    assert {one["n"] for one in quick.values()} == {100}
 
 
 def test_tables_that_share_runs_compute_them_once() -> None:

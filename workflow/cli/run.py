@@ -126,8 +126,8 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         network = measures["rigidity"]
         counts = f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"
         if "backbone_mechanisms" in network:
-            state = "rigid" if network["positive_definite_backbone"] else f"with {network['backbone_mechanisms']} mechanisms"
-            counts += f", backbone of {network['backbone_grains']} grains {state}"
+            held = "rigid" if network["positive_definite_backbone"] else f"with {network['backbone_mechanisms']} mechanisms"
+            counts += f", backbone of {network['backbone_grains']} grains {held}"
         rows.append(("rigidity", counts))
     tail = f", {numerics['steps_in_tail']:.0f} in the tail at the fastest approach" if numerics["steps_in_tail"] else ""
     rows.append(("steps", f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"))

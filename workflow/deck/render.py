@@ -37,22 +37,21 @@ def templates() -> Path:
 
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
-    template = (isinstance(scene, Packing) and scene.template) or templates() / f"{scene.name}.in"
+    template = templates() / ((isinstance(scene, Packing) and scene.template) or f"{scene.name}.in")
     return fill(whole(template), {**scene.variables(), "data": DATA})
 
 
 def whole(path: Path) -> str:
-    """The template with the files it includes put in their places, theirs too: a run directory needs no other file.  They
-    lie beside the template, or in the package.  Raises InputError if one cannot be read."""
+    """The template with the files it includes put in their places: a run directory needs no other file.  They lie beside
+    the template, or in the package.  Raises InputError if one cannot be read."""
 
     def read(*places: Path) -> str:
         try:
-            text = next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
-            return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), text)
-        except (StopIteration, OSError, ValueError, RecursionError):
+            return next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
+        except (StopIteration, OSError, ValueError):
             raise InputError(f"deck template '{places[0]}' cannot be read; give a text file") from None
 
-    return read(path) + "\n"
+    return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), read(path)) + "\n"
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:

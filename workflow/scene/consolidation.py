@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, ClassVar
 
 from workflow.errors import InputError
@@ -25,6 +26,7 @@ class Consolidation(Method2):
     """
 
     name: ClassVar[str] = "consolidation"
+    template: ClassVar[Path | None] = Path("method2.in")
     title: ClassVar[str] = "an aggregate pressed by a series of stresses (after G07 method 2)"
 
     pstar: float = quantity(
@@ -49,7 +51,7 @@ class Consolidation(Method2):
     @property
     def _rising(self) -> int:
         """Steps from the lowest to the highest stress."""
-        return math.ceil(math.log10(self.pstar / self.pstar_first) * self.per_decade - 1e-9)
+        return math.ceil(math.log10(max(self.pstar / self.pstar_first, 1.0)) * self.per_decade - 1e-9)
 
     @property
     def _ratio(self) -> float:
@@ -106,9 +108,7 @@ class Consolidation(Method2):
         return self._loads[stage] if stage in self._loads else super().pressure_of(stage)
 
     def variables(self) -> dict[str, Any]:
-        """Values of the variables of the deck consolidation.in."""
-        values = super().variables()
-        del values["stress"]
-        return values | {
+        """Values of the variables of the deck method2.in."""
+        return super().variables() | {
             "first": self.pstar_first, "ratio": self._ratio, "top": self._rising, "count": len(self.stresses),
         }  # fmt: skip

@@ -161,8 +161,9 @@ class Method2(Packing):
 
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method2.in."""
-        soft = self.soft_law
-        return super().variables() | {
+        soft, values = self.soft_law, super().variables()
+        return values | {
+            "first": values.pop("stress"), "ratio": 1.0, "top": 0, "count": 1,
             "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
             "stiffer": self.law_in_units.kn / soft.kn,
             "stiffening": self.stiffening, "quiet": self.quiet,

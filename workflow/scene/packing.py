@@ -25,8 +25,8 @@ DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell
 class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
 
-    ``template``: the deck, None for that of this name in lammps_inputs/.  ``stages``: names of the deck's stages by number;
-    ``dragged``: those with drag; ``relaxations``: (stage before, stage with drag), pairs that show what the drag did.
+    ``template``: the deck, relative to lammps_inputs/, None for that of this name.  ``stages``: names of the deck's stages by
+    number; ``dragged``: those with drag; ``relaxations``: (stage before, stage with drag), pairs that show what the drag did.
     """
 
     name: ClassVar[str] = ""

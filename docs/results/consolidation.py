@@ -1,4 +1,4 @@
-"""Phi(P*) and the contact network along it, from the runs of consolidation.toml.
+"""Phi(P*) and the contact network along it, from the runs of consolidation.toml: a table, and a figure beside this file.
 
 wf sweep docs/results/consolidation.toml --jobs 2
 python docs/results/consolidation.py runs/consolidation > docs/results/consolidation.csv
@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from workflow.archive.read import Archive
+from workflow.cli.assembling import consolidation
 from workflow.engine.collect import ARCHIVE, measures_of
 from workflow.study.ensemble import DONE, Study
 from workflow.study.evaluate import found_at
@@ -29,9 +30,10 @@ def main(folder: Path) -> None:
     study = Study.open(folder)
     writer = csv.writer(sys.stdout)
     writer.writerow(["rolling", "seed", "n", "direction", "P*", *PATHS, "digest"])
-    for point in study.points:
-        if study.standing(point).status != DONE:
-            continue
+    done = [point for point in study.points if study.standing(point).status == DONE]
+    names = [f"{'' if point.values['rolling'] else 'no '}RR, seed {point.values['seed']}" for point in done]
+    consolidation([study.directory(point).path for point in done], [Path(__file__).with_suffix(".png")], names)
+    for point in done:
         directory = study.directory(point)
         scene = directory.scene
         with Archive(directory / ARCHIVE) as archive:

@@ -79,7 +79,7 @@ def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathL
                 axes.plot(stress[top:], value[top:], "o--", markersize=4, color=colour, markerfacecolor="none", zorder=1)
             axes.set(xscale="log", xlabel="$P^*$", ylabel=name)
             axes.spines[["top", "right"]].set_visible(False)
-        figure.axes[0].legend(frameon=False, fontsize=8, loc="upper left")
+        figure.axes[0].legend(frameon=False, fontsize=8, loc="lower right")
         save(figure, path)
 
 

@@ -33,6 +33,8 @@ hostname {host}
 ip link set lo up
 ip addr add {address}/32 dev lo
 mount --bind {folder}/hosts /etc/hosts
+mount -t tmpfs none /etc/profile.d    # an installed PBS has a file there, which gives jobs its commands
+echo 'export PATH=$PATH:{exec}/bin' > /etc/profile.d/pbs.sh
 {exec}/libexec/pbs_habitat
 echo PBS_CONF_FILE={folder}/pbs.conf >> {folder}/home/pbs_environment    # jobs ask this server too
 {exec}/libexec/pbs_init.d start

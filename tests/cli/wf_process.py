@@ -19,6 +19,7 @@ from workflow.archive.dumps import read_series
 os.environ["PYTHONPATH"] = os.pathsep.join(
     filter(None, [str(Path(workflow.__file__).parents[1]), os.environ.get("PYTHONPATH")])
 )
+os.environ.pop("PYTHONUNBUFFERED", None)  # as a user's shell: what is wrong with standard output shows when it is flushed
 WF = [sys.executable, "-m", "workflow.cli.main"]
 # 25 000 steps, about a second: soft grains and a short proof of rest
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]

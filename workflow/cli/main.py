@@ -37,16 +37,19 @@ def main(words: list[str] | None = None) -> int:
     try:
         load_scenes()
         arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)
-        return int(arguments.action(arguments) or 0)
+        status = int(arguments.action(arguments) or 0)
+        sys.stdout.flush()  # here, where a full disk and a reader that has gone are caught
+        return status
     except WorkflowError as fault:
         print(f"wf: {fault}", file=sys.stderr)
         return fault.status
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 0
     except OSError as fault:
         if fault.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO):
             raise
+        _drop_output()
         print(
             f"wf: {fault.filename or 'a file'} cannot be written: {fault.strerror}; make room or choose another place",
             file=sys.stderr,
@@ -55,6 +58,14 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("wf: interrupted", file=sys.stderr)
         return 130
+
+
+def _drop_output() -> None:
+    """Forget what standard output could not take, or Python complains of it once more at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

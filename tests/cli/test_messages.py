@@ -281,9 +281,9 @@ def test_full_standard_output(packing: Path) -> None:
 
 def test_reader_that_stops_reading(packing: Path) -> None:
     """`wf measure ... | true`: no complaint."""
-    child = subprocess.Popen([*WF, "measure", packing], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert child.stdout and child.stderr
-    child.stdout.close()
-    assert child.stderr.read() == ""
-    child.stderr.close()
-    assert child.wait() in (0, 120)
+    pipe = subprocess.PIPE
+    with subprocess.Popen([*WF, "measure", packing], stdout=pipe, stderr=pipe, text=True) as child:
+        assert child.stdout and child.stderr
+        child.stdout.close()
+        assert child.stderr.read() == ""
+    assert child.returncode == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,8 +92,9 @@ def bridges(frame: Frame) -> Bools:
     behind = np.zeros(count + 1, dtype=np.int64)
     for end in (i, j):
         np.bitwise_xor.at(behind, end[~forest], marks[~forest])
-    total, parent = behind.tolist(), above.tolist()
-    for grain in order[:0:-1].tolist():
+    # from the leaves to the root, in arrays of the standard library: their single elements are read fast
+    total, parent = array("q", behind.tobytes()), array("i", above.tobytes())
+    for grain in array("i", order[:0:-1].tobytes()):
         total[parent[grain]] ^= total[grain]
     below = np.where(above[i] == j, i, j)
     return forest & (np.array(total)[below] == 0)

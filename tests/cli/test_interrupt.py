@@ -41,7 +41,7 @@ def continued(directory: Path) -> bool:
 
 def test_interrupt_then_resume(running: Start, wf: Wf) -> None:
     run = running(*SLOW)
-    run.wait_for_rows(5)
+    run.wait_for_rows(10)  # two time units: behind the first checkpoint
     begun = time.monotonic()
     run.process.send_signal(signal.SIGINT)
     _, text = run.process.communicate(timeout=30)

@@ -42,7 +42,7 @@ def main(folder: Path) -> None:
         for stage, frame in ends.items():
             stress = scene.pressure_of(stage)
             if stress is not None and not stage.startswith(("free", "stiffen")):
-                loads["down" if "un" in stage or "re" in stage else "up", stress] = frame
+                loads["down" if stage.startswith(("unload", "resettle")) else "up", stress] = frame
         start = {("up", 0.0): ends["stiffen"]} if "stiffen" in ends else {}
         for (direction, stress), frame in (start | loads).items():
             measures = measures_of(directory, frame)

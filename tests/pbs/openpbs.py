@@ -8,14 +8,12 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import until
 
 EXEC = Path(os.environ.get("PBS_EXEC", "/opt/pbs"))
-PATIENCE = 300.0  # seconds for what must come in the end; how fast it is here is no matter of tests
 HOST, ADDRESS = "pbs1", "10.1.2.3"  # OpenPBS wants an address that is not 127.0.0.1
 CONFIGURATION = """PBS_EXEC={exec}
 PBS_SERVER={host}
@@ -41,14 +39,6 @@ echo PBS_CONF_FILE={folder}/pbs.conf >> {folder}/home/pbs_environment    # jobs 
 touch {folder}/started
 exec sleep infinity
 """
-
-
-def until(true: Callable[[], object], what: str) -> None:
-    """Wait until it is."""
-    deadline = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < deadline, f"not within {PATIENCE:.0f} s: {what}"
-        time.sleep(0.5)
 
 
 class OpenPBS:

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from openpbs import OpenPBS, until
+from openpbs import OpenPBS
+from patience import until
 
 from workflow.engine.environment import engine
 

@@ -10,14 +10,12 @@ import shutil
 import signal
 import socket
 import subprocess
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from patience import until
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel", "sinfo", "sdiag")
-PATIENCE = 300.0  # seconds for what must come in the end; how fast it is here is no matter of tests
 CONFIGURATION = """
 ClusterName=test
 SlurmctldHost={host}(127.0.0.1)
@@ -57,14 +55,6 @@ def missing(why: str) -> None:
     if os.environ.get("CI") == "true":
         pytest.fail(f"no Slurm: {why}")
     pytest.skip(f"no Slurm here: {why}")
-
-
-def until(true: Callable[[], object], what: str) -> None:
-    """Wait until it is."""
-    deadline = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < deadline, f"not within {PATIENCE:.0f} s: {what}"
-        time.sleep(0.2)
 
 
 class Slurm:

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from controller import Slurm, until
+from controller import Slurm
+from patience import until
 
 from workflow.engine.checkpoint import step_of
 from workflow.engine.environment import engine

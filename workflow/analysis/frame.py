@@ -7,6 +7,7 @@ a, force F0 or a P).  Sign convention (G07 sec. II B): the unit normal n points 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -19,7 +20,14 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+AT_ONCE = 65_536  # rows of a table that are Python objects
 LARGEST = 1e30  # no number of a frame is larger: its powers stay finite, and it fits float32
+
+
+def plain_rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
+    """The rows of a table as plain numbers, AT_ONCE of them in memory at one time."""
+    for k in range(0, len(columns[0]), AT_ONCE):
+        yield from zip(*(column[k : k + AT_ONCE].tolist() for column in columns), strict=True)
 
 
 @dataclass(frozen=True)

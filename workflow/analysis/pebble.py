@@ -14,16 +14,14 @@ body with three free pebbles, and no failed search ever looks at it again (total
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from workflow.analysis.frame import Frame, Ints
+from workflow.analysis.frame import Frame, Ints, plain_rows
 from workflow.errors import InputError
 
 PEBBLES = 3  # degrees of freedom of a body, and of a rigid motion
-AT_ONCE = 65_536  # contacts that are Python objects
 
 
 @dataclass(frozen=True)
@@ -59,9 +57,9 @@ def rigid_clusters(frame: Frame, *, rolling: bool = False) -> RigidClusters:
     bars = 1 + (pairs.touching & ~pairs.sliding) + (rolling & pairs.touching & ~pairs.rolling)
     game = _Game(frame.grains)
     over = np.zeros(frame.grains, dtype=np.int64)
-    for first, second, count in _rows(pairs.i, pairs.j, bars):
+    for first, second, count in plain_rows(pairs.i, pairs.j, bars):
         over[first] += sum(not game.insert(first, second) for _ in range(count))
-    for first, second in _rows(pairs.i, pairs.j):  # a set that became rigid through bars elsewhere has not been looked at yet
+    for first, second in plain_rows(pairs.i, pairs.j):  # what became rigid through bars elsewhere has not been looked at yet
         game.is_rigid(first, second)
     bodies = game.bodies()
     roots, seen, label, size = np.unique(bodies, return_index=True, return_inverse=True, return_counts=True)
@@ -71,12 +69,6 @@ def rigid_clusters(frame: Frame, *, rolling: bool = False) -> RigidClusters:
     redundant = np.bincount(grains, weights=over, minlength=len(roots)).astype(np.int64)
     inside = grains[pairs.i] == grains[pairs.j]
     return RigidClusters(grains, np.where(inside, grains[pairs.i], -1), redundant, int(bars.sum() - over.sum()))
-
-
-def _rows(*columns: Ints) -> Iterator[tuple[int, ...]]:
-    """The rows of a table as plain numbers, AT_ONCE of them in memory at one time."""
-    for k in range(0, len(columns[0]), AT_ONCE):
-        yield from zip(*(column[k : k + AT_ONCE].tolist() for column in columns), strict=True)
 
 
 class _Game:

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame
+from workflow.analysis.frame import Contacts, Floats, Frame, plain_rows
 from workflow.archive.drafts import replacing
-from workflow.archive.dumps import ROWS
 from workflow.archive.vtk import write_collection, write_polydata
 from workflow.errors import EnvironmentFault, InputError
 
@@ -100,7 +99,7 @@ def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
             for name, columns in tables(frame).items():
                 if not number:
                     writers[name].writerow(columns)
-                writers[name].writerows(_rows(columns))
+                writers[name].writerows(plain_rows(*columns.values()))
     return list(paths.values())
 
 
@@ -183,11 +182,13 @@ def write_graphml(frames: Iterable[Frame], folder: Path) -> list[Path]:
         print(f'<?xml version="1.0" encoding="utf-8"?>\n<graphml xmlns="{GRAPHML}">', file=file)
         for kind, name, of in keys:
             print(f'<key id="{kind}.{name}" for="{kind}" attr.name="{name}" attr.type="{TYPES[of]}"/>', file=file)
-        (whole,) = _rows(parts["graph"])
+        (whole,) = plain_rows(*parts["graph"].values())
         print('<graph edgedefault="undirected">', data["graph"] % whole, file=file)
-        file.writelines(f'<node id="%s">{data["node"]}</node>\n' % (row[0], *row) for row in _rows(parts["node"]))
+        file.writelines(
+            f'<node id="%s">{data["node"]}</node>\n' % (row[0], *row) for row in plain_rows(*parts["node"].values())
+        )
         edge = f'<edge source="%s" target="%s">{data["edge"]}</edge>\n'
-        file.writelines(edge % (*row[:2], *row) for row in _rows(parts["edge"]))
+        file.writelines(edge % (*row[:2], *row) for row in plain_rows(*parts["edge"].values()))
         print("</graph>\n</graphml>", file=file)
     return [path]
 
@@ -212,13 +213,7 @@ def _needed(name: str) -> Any:
 
 def _records(columns: Columns) -> Iterator[dict[str, Any]]:
     """The rows of a table, one dictionary of plain numbers each."""
-    return (dict(zip(columns, row, strict=True)) for row in _rows(columns))
-
-
-def _rows(columns: Columns) -> Iterator[tuple[Any, ...]]:
-    """The rows of a table as plain numbers, ROWS of them in memory at one time."""
-    for k in range(0, len(next(iter(columns.values()))), ROWS):
-        yield from zip(*(column[k : k + ROWS].tolist() for column in columns.values()), strict=True)
+    return (dict(zip(columns, row, strict=True)) for row in plain_rows(*columns.values()))
 
 
 def _spatial(vectors: Floats) -> Floats:

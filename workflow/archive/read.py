@@ -111,7 +111,7 @@ class Archive:
         with self._reading("stages"):
             return tuple(self._file[layout.STAGE].asstr()[:])
 
-    @property
+    @cached_property
     def ends(self) -> dict[str, int]:
         """Number of the last frame of each stage, in the order of the stages."""
         return {stage: k for k, stage in enumerate(self.stages)}

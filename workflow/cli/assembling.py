@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from workflow.analysis.frame import Floats
 from workflow.archive.read import Archive
 from workflow.cli.sources import archived, packing
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
+from workflow.scene.presets import Packed
 
 
 def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
@@ -19,13 +21,8 @@ def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[
     from workflow.report.assembling import density_history  # matplotlib is slow to import
 
     runs, stages = {}, {}
-    for path, name in zip(directories, names or [path.name for path in directories], strict=True):
-        directory = archived(RunDirectory.open(path))
-        with Archive(directory / ARCHIVE) as archive:
-            runs[name] = archive.series
-        stages[name] = directory.scene.stages
-        if not runs[name]:
-            raise InputError(f"'{path}' has no time series; let it run longer")
+    for name, scene, series in _histories(directories, names):
+        runs[name], stages[name] = series, scene.stages
     density_history(runs, paths, stages=stages)
 
 
@@ -34,14 +31,10 @@ def consolidation(directories: Sequence[Path], paths: Sequence[Path], names: Seq
     from workflow.report import assembling
 
     runs = {}
-    for path, name in zip(directories, names or [path.name for path in directories], strict=True):
-        directory = archived(RunDirectory.open(path))
-        with Archive(directory / ARCHIVE) as archive:
-            series = archive.series
-        scene = packing(directory)
+    for name, scene, series in _histories(directories, names):
         curve: list[tuple[float, float, float]] = []
         for number, stage in scene.stages.items():
-            rows = np.flatnonzero(series["stage"] == number) if series else np.zeros(0, dtype=int)
+            rows = np.flatnonzero(series["stage"] == number)
             stress = scene.pressure_of(stage)
             if not len(rows) or not stress:
                 continue
@@ -49,10 +42,22 @@ def consolidation(directories: Sequence[Path], paths: Sequence[Path], names: Seq
                 curve.pop()
             curve.append((stress, series["solid_fraction"][rows[-1]], series["coordination"][rows[-1]]))
         if not curve:
-            raise InputError(f"'{path}' was under no stress yet; let it run longer, or leave it out")
+            raise InputError(f"'{name}' was under no stress yet; let it run longer, or leave it out")
         stresses, densities, coordinations = np.array(curve).T
         runs[name] = (stresses, densities, coordinations)
     assembling.consolidation(runs, paths)
+
+
+def _histories(directories: Sequence[Path], names: Sequence[str] | None) -> Iterator[tuple[str, Packed, Mapping[str, Floats]]]:
+    """Name, scene and time series of each run.  Raises InputError for a heap and for a run without series."""
+    for path, name in zip(directories, names or [path.name for path in directories], strict=True):
+        directory = archived(RunDirectory.open(path))
+        scene = packing(directory)
+        with Archive(directory / ARCHIVE) as archive:
+            series = archive.series
+        if not series:
+            raise InputError(f"'{path}' has no time series; let it run longer")
+        yield name, scene, series
 
 
 def pores(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
@@ -68,3 +73,6 @@ def pores(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[st
             frames += [archive.frame(k) for k in chosen]
             titles += [f"{name}, {archive.stages[k]}" if len(directories) > 1 else archive.stages[k] for k in chosen]
     snapshots(frames, paths, names=titles)
+
+
+TOGETHER = {"density": density, "pores": pores, "consolidation": consolidation}  # by the names of their figures

@@ -8,7 +8,7 @@ from typing import Any
 
 from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
-from workflow.cli.assembling import consolidation, density, pores
+from workflow.cli.assembling import TOGETHER
 from workflow.cli.options import command
 from workflow.cli.sources import add_sources, archived, frame_of, packing
 from workflow.engine.heap import ground
@@ -58,14 +58,13 @@ def action(arguments: argparse.Namespace) -> int:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
     out = arguments.out or (first.parent if first.is_file() else first)
     samples = [frame_of(source, arguments) for source in arguments.source] if set(names) - set(OF_RUNS) else []
-    together = {"density": density, "pores": pores, "consolidation": consolidation}
     out.mkdir(parents=True, exist_ok=True)
     for name in names:
         paths = [out / f"{name}.{kind}" for kind in arguments.format]
         if name == HISTORY:
             paths = _history(archived(RunDirectory.open(first)), paths)
-        elif name in together:
-            together[name]([RunDirectory.open(source).path for source in arguments.source], paths)
+        elif name in TOGETHER:
+            TOGETHER[name]([RunDirectory.open(source).path for source in arguments.source], paths)
         else:
             PLOTS[name].draw(samples, paths)
         for path in paths:

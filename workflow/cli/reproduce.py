@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from workflow.archive.read import Archive
-from workflow.cli.assembling import density, pores
-from workflow.cli.deck import add_cluster, job_of
+from workflow.cli.assembling import TOGETHER
+from workflow.cli.deck import job_of
 from workflow.cli.options import command
 from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
 from workflow.engine.heap import ground
@@ -49,8 +49,6 @@ def declare(commands: Any) -> None:
     parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
     add_jobs(parser)
-    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
-    add_cluster(parser)
     parser.add_argument("--no-run", action="store_true", help="compute nothing: the scoreboard of what is finished")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
 
@@ -169,9 +167,8 @@ def _plot(study: Study, kind: str, points: Sequence[tuple[Point, str | None]], n
     from workflow.report.gallery import PLOTS
 
     directories = [study.directory(point) for point, _ in points]
-    together = {"density": density, "pores": pores}
-    if kind in together:
-        together[kind]([directory.path for directory in directories], [path], names)
+    if kind in TOGETHER:
+        TOGETHER[kind]([directory.path for directory in directories], [path], names)
         return
     frames = []
     for directory, (_, stage) in zip(directories, points, strict=True):

@@ -47,8 +47,6 @@ def declare(commands: Any) -> None:
     parser.add_argument("file", type=Path, metavar="STUDY.toml", help="declaration of the study")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/NAME of the file)")
     add_jobs(parser)
-    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
-    add_cluster(parser)
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
@@ -60,6 +58,8 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--any-deck", action="store_true",
                         help="adopt also runs whose deck another version made of the scene")  # fmt: skip
     parser.add_argument("--dry-run", action="store_true", help="say what would be computed; write nothing")
+    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
+    add_cluster(parser)
 
 
 def action(arguments: argparse.Namespace) -> int:

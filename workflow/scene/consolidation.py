@@ -14,7 +14,6 @@ from workflow.scene.parts import Law
 from workflow.scene.quantity import quantity
 
 MOST_STRESSES = 200  # of one run
-LOAD, SETTLE = "load", "settle"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +67,7 @@ class Consolidation(Method2):
         """Stress of each stage that is under one."""
         top, loads = self._rising, {}
         for k, stress in enumerate(self.stresses):
-            for word in (LOAD, SETTLE) if k <= top else ("unload", "resettle"):
+            for word in ("load", "settle") if k <= top else ("unload", "resettle"):
                 loads[f"{word} {stress:.4g}"] = stress
         return loads
 
@@ -80,7 +79,7 @@ class Consolidation(Method2):
     @property
     def dragged(self) -> tuple[str, ...]:  # type: ignore[override]
         """The stages with drag."""
-        return ("relax", "free", "stiffen", *(name for name in self._loads if SETTLE in name))
+        return ("relax", "free", "stiffen", *list(self._loads)[1::2])
 
     @property
     def relaxations(self) -> tuple[tuple[str, str], ...]:  # type: ignore[override]

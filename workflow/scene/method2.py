@@ -162,8 +162,9 @@ class Method2(Packing):
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method2.in."""
         soft, values = self.soft_law, super().variables()
+        del values["stress"]
         return values | {
-            "first": values.pop("stress"), "ratio": 1.0, "top": 0, "count": 1,
+            "first": self.pressure, "ratio": 1.0, "top": 0, "count": 1,
             "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
             "stiffer": self.law_in_units.kn / soft.kn,
             "stiffening": self.stiffening, "quiet": self.quiet,

@@ -16,7 +16,7 @@ from workflow.scene.quantity import quantity
 # The paper's sets (sec. III B 2); what is given on top replaces the set's value.
 SERIES: dict[str, dict[str, float]] = {
     "A": {"phi0": 0.36, "kappa": 1e5, "soft_kappa": 1e5},
-    "A0": {"phi0": 0.13, "kappa": 1e5, "soft_kappa": 1e5},
+    "A0": {"phi0": 0.13, "kappa": 1e5, "soft_kappa": 1e5, "max_time": 20000.0},
     "B": {"phi0": 0.26, "kappa": 1e4, "soft_kappa": 1e2},
 }
 
@@ -74,10 +74,13 @@ class Method2(Packing):
         None, float, "drag of the stages that wait for equilibrium, default sqrt(kappa/1e5); 0: none", unit="1/T0", low=0.0,
         high=100.0, automatic=True,
     )  # fmt: skip
-    max_time: float = quantity(5000.0, float, "longest time of each stage", unit="T0", above=0.0, high=1e9)
+    max_time: float = quantity(
+        None, float, "longest time of each stage, default 5000, in series A0, whose last aggregates meet late, 20000",
+        unit="T0", above=0.0, high=1e9, automatic=True,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        preset = dict(SERIES.get(self.series, {}))
+        preset = {"max_time": 5000.0, **SERIES.get(self.series, {})}
         if self.series != "B" and self.kappa is not None:
             preset["soft_kappa"] = self.kappa
         for name, value in preset.items():

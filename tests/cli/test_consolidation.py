@@ -56,6 +56,8 @@ def test_table_of_stages(pressed: Path) -> None:
     for name, entry in ends.items():
         assert entry["stress"]["pressure"] == pytest.approx(float(name.split()[1]), abs=1e-4)
         assert entry["stress"]["targets"][0] == pytest.approx(float(name.split()[1]), rel=1e-3)
+    alone = json.loads(call("measure", pressed, "--frame", "-1", "--only", "none", "--json", cwd=pressed.parent).stdout)
+    assert alone == list(found.values())[-1]  # measured together or alone
     rows = call("measure", pressed, "--stages", cwd=pressed.parent).stdout.splitlines()
     assert len(rows) == len(found) + 1
     assert all(rows[0].split()[1:] and len(row) == len(rows[0]) for row in rows)

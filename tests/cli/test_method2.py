@@ -121,7 +121,13 @@ def test_figures_of_assembling(whole: Whole, packing: Path, wf: Wf, tmp_path: Pa
     assert done.returncode == 0, done.stderr
     done = wf("plot", str(whole[0]), "--figure", "pores", "--out", "figures", "--format", "png")
     assert done.returncode == 0, done.stderr
-    assert {file.name for file in (tmp_path / "figures").iterdir()} == {"density.png", "density.svg", "pores.png"}
+    done = wf("plot", str(whole[0]), "--figure", "agitation", "--out", "figures", "--format", "png")
+    assert done.returncode == 0, done.stderr
+    names = {"density.png", "density.svg", "pores.png", "agitation.png"}
+    assert {file.name for file in (tmp_path / "figures").iterdir()} == names
+    done = wf("plot", str(packing), "--figure", "agitation")
+    assert done.returncode == 2
+    assert "is method1, whose grains start at rest" in done.stderr
     assert wf("plot", str(packing), str(whole[0])).returncode == 2
 
 

@@ -218,6 +218,21 @@ def test_the_shell_reads_checkpoints_as_we_do(packing: Path, tmp_path: Path) -> 
         assert (done.stdout, done.stderr) == (expected, ""), path
 
 
+def test_a_dry_run_shows_deck_and_job(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bytes of both files that the command would write, and no file."""
+    monkeypatch.chdir(tmp_path)
+    words = ["deck", "method1", "--n", "60", "--scheduler", "slurm", "--time", "1:00:00"]
+    assert main([*words, "--dry-run"]) == 0
+    shown = capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
+    assert main([*words, "--out", "run"]) == 0
+    deck, job = ((tmp_path / "run" / name).read_text() for name in ("deck.in", "job.sh"))
+    assert shown.startswith(deck)
+    assert shown.endswith(job)
+
+
 def test_options_of_a_job_need_a_scheduler(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["deck", "method1", "--n", "60", "--out", str(tmp_path / "x")]
     assert main([*words, "--time", "01:00:00"]) == 2

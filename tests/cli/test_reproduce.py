@@ -48,6 +48,12 @@ column = [{ name = "" }]
   name = "the answer"
   value = 42
   reason = "no scene gives it"
+[[block]]
+table = "figure"
+title = "not computed here"
+options = { scene = "method1", cohesion = false }
+row = [{ name = "large" }]
+column = [{ name = "rough" }]
 [[figure]]
 number = "1a"
 plot = "coordination"
@@ -59,8 +65,21 @@ plot = "density"
 of = [["1", "small", "rough"], ["1", "small", "smooth"]]
 most = 1
 shows = "two curves"
-[undrawn]
-3 = "a drawing"
+[[figure]]
+number = "3"
+plot = "continuous_law"
+shows = "two laws"
+[[figure]]
+number = "4"
+plot = "density"
+of = [["1", "small", "rough"], ["figure", "large", "rough"]]
+partial = true
+shows = "what there is"
+[[figure]]
+number = "5"
+plot = "density"
+of = [["figure", "large", "rough"]]
+shows = "nothing yet"
 """
 
 
@@ -98,7 +117,8 @@ def test_from_the_data_to_the_scoreboard(tiny: Path, capsys: pytest.CaptureFixtu
     assert "<h2>Table 2" in page and "agrees" in page
     assert "4 of 4 finished" in text
     assert "[figures/fig2.png]" in text
-    for name in ("fig1a", "fig2"):
+    assert "| 5 | not all of its samples are finished |" in text
+    for name in ("fig1a", "fig2", "fig3", "fig4"):
         assert Path(f"runs/tiny/figures/{name}.png").stat().st_size > 5000
     before = {path: path.stat().st_mtime_ns for path in Path("runs/tiny/points").glob("*/run.json")}
     assert main(["reproduce", "tiny", "--json"]) == 0  # nothing is computed again
@@ -133,7 +153,7 @@ def test_measures_of_an_earlier_stage_are_kept(tiny: Path, capsys: pytest.Captur
         (["tini"], "unknown paper 'tini'; did you mean tiny?"),
         (["tiny", "--table", "7"], "--table 7 is not known in T1; there are: 1, 2"),
         (["tiny", "--table", "2..a"], "--table 2..a is not allowed"),
-        (["tiny", "--figure", "3"], "--figure 3 is not drawn: a drawing"),
+        (["tiny", "--figure", "6"], "--figure 6 is not known in T1; there are: 1, 2, 3, 4, 5"),
         (["tiny", "--samples", "0"], "--samples 0 is not allowed"),
         (["tiny", "--jobs", "0"], "--jobs 0 is not allowed"),
     ],
@@ -149,7 +169,6 @@ def test_dry_run_lists_points_and_figures(tiny: Path, capsys: pytest.CaptureFixt
     out = capsys.readouterr().out
     assert "4 points, 0 done" in out
     assert "figure 2: density: two curves" in out
-    assert "figure 3: not drawn: a drawing" in out
     assert not Path("runs").exists()
 
 

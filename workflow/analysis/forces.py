@@ -82,6 +82,16 @@ class Triangles:
     ratio: Floats
 
 
+@dataclass(frozen=True)
+class Corners:
+    """Discs held by two touching discs alone: ``grains`` (K, 3) rows of the disc D and of the two (G07 fig. 16);
+    ``force`` (K,) the smaller of its two forces, largest first; ``ratio`` (K,) = |T/N| of eq. 20."""
+
+    grains: Ints
+    force: Floats
+    ratio: Floats
+
+
 def normal_force_distribution(frame: Frame, edges: Floats, *, unit: float | None) -> Histogram:
     """Probability density of N / unit over all interactions (G07 figs. 9, 10).
 
@@ -155,6 +165,27 @@ def triangles(frame: Frame) -> Triangles:
     ratio = np.sqrt(radius**2 * radius.sum(axis=1, keepdims=True) / radius.prod(axis=1, keepdims=True))
     found = np.lexsort(grains.T[::-1])
     return Triangles(grains[found], ratio[found])
+
+
+def corners(frame: Frame, *, tolerance: float) -> Corners:
+    """Corners of `triangles` at which the two forces of the triangle, ||F|| > ``tolerance`` [force], are all that the disc
+    feels, so that they balance along the line through its two contacts (G07 sec. IV B 3)."""
+    found, size, table = triangles(frame), force_magnitude(frame), frame.contacts
+    strong = size > tolerance
+    number = np.bincount(np.concatenate((table.i[strong], table.j[strong])), minlength=frame.grains)
+    pair = np.minimum(table.i, table.j) * frame.grains + np.maximum(table.i, table.j)
+    order = np.argsort(pair)
+
+    def between(one: Ints, two: Ints) -> Floats:
+        key = np.minimum(one, two) * frame.grains + np.maximum(one, two)
+        return np.asarray(size[order[np.searchsorted(pair[order], key)]])
+
+    turned = [np.roll(found.grains, -k, axis=1) for k in range(3)]
+    grains, ratio = np.concatenate(turned), np.concatenate([found.ratio[:, k] for k in range(3)])
+    force = np.minimum(between(grains[:, 0], grains[:, 1]), between(grains[:, 0], grains[:, 2]))
+    kept = np.flatnonzero((number[grains[:, 0]] == 2) & (force > tolerance))
+    kept = kept[np.argsort(-force[kept], kind="stable")]
+    return Corners(grains[kept], force[kept], ratio[kept])
 
 
 def fabric(frame: Frame, rows: NDArray | None = None) -> Floats:

@@ -116,6 +116,11 @@ class Archive:
         """Number of the last frame of each stage, in the order of the stages."""
         return {stage: k for k, stage in enumerate(self.stages)}
 
+    def nearest(self, time: float) -> int:
+        """Number of the frame nearest to ``time``."""
+        with self._reading("times"):
+            return int(np.argmin(np.abs(self._file[f"{layout.GRAINS}/position/time"][:] - time)))
+
     @cached_property
     def series(self) -> dict[str, Floats]:
         """Time series, name -> (rows,) float64, beginning with ``step`` and ``time``; empty if none was written."""

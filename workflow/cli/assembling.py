@@ -13,6 +13,7 @@ from workflow.cli.sources import archived, packing
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
+from workflow.scene.method2 import Method2
 from workflow.scene.presets import Packed
 
 
@@ -24,6 +25,22 @@ def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[
     for name, scene, series in _histories(directories, names):
         runs[name], stages[name] = series, scene.stages
     density_history(runs, paths, stages=stages)
+
+
+def agitation(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
+    """Coordination number of the free aggregates of all runs, at P* = 0, against V0 (G07 fig. 8)."""
+    from workflow.report import assembling
+
+    found: dict[float, list[float]] = {}
+    for name, scene, series in _histories(directories, names):
+        if not isinstance(scene, Method2):
+            raise InputError(f"'{name}' is {scene.name}, whose grains start at rest; give runs of method2")
+        free = [number for number, stage in scene.stages.items() if scene.pressure_of(stage) == 0.0]
+        rows = np.flatnonzero(np.isin(series["stage"], free))
+        if not len(rows):
+            raise InputError(f"the cell of '{name}' is not free yet; let it run longer, or leave it out")
+        found.setdefault(scene.v0, []).append(float(series["coordination"][rows[-1]]))
+    assembling.agitation(found, paths)
 
 
 def consolidation(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
@@ -75,4 +92,5 @@ def pores(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[st
     snapshots(frames, paths, names=titles)
 
 
-TOGETHER = {"density": density, "pores": pores, "consolidation": consolidation}  # by the names of their figures
+# by the names of their figures
+TOGETHER = {"density": density, "pores": pores, "agitation": agitation, "consolidation": consolidation}

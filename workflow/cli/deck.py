@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import add_scene, command, scene_of
-from workflow.deck.portable import make_portable
+from workflow.deck.portable import JOB, job_name, job_script, make_portable
 from workflow.deck.render import DECK, render
 from workflow.deck.schedulers import CLUSTERS, Profile, profile_of
 from workflow.engine.rundir import RunDirectory, default_directory
@@ -30,7 +30,7 @@ def declare(commands: Any) -> None:
     parser = command(commands, "deck", "write the deck of a scene, which runs alone with lmp", EXAMPLES, action=action)
     add_scene(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory (default runs/NAME-HASH)")
-    parser.add_argument("--dry-run", action="store_true", help="print the deck, write nothing")
+    parser.add_argument("--dry-run", action="store_true", help="print the deck, and of a job its script; write nothing")
     add_cluster(parser)
     parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of the job (default 1)")
 
@@ -66,6 +66,8 @@ def action(arguments: argparse.Namespace) -> int:
     scene, profile = scene_of(arguments), job_of(arguments)
     if arguments.dry_run:
         print(render(scene), end="")
+        if profile:
+            print(f"\n# {JOB}, {profile.cluster.submit}:\n\n{job_script(profile, job_name(scene))}", end="")
         return 0
     directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
     if profile:

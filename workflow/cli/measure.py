@@ -13,7 +13,7 @@ from workflow.archive.read import Archive
 from workflow.cli.options import command
 from workflow.cli.run import summary
 from workflow.cli.sources import add_sources, archived, frame_of, measures_from, options_of, packing
-from workflow.engine.collect import measures_of
+from workflow.engine.collect import measures_of_frames
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
 from workflow.study.evaluate import found_at
@@ -85,7 +85,8 @@ def _stages(arguments: argparse.Namespace, named: list[str] | None) -> int:
     packing(directory)
     with Archive(directory / ARCHIVE) as archive:
         ends = archive.ends
-    found = {stage: measures_of(directory, k, groups=named, **options_of(arguments)) for stage, k in ends.items()}
+    every = measures_of_frames(directory, list(ends.values()), groups=named, **options_of(arguments))
+    found = dict(zip(ends, every, strict=True))
     if arguments.json:
         print(json.dumps(found, indent=1))
         return 0

@@ -24,15 +24,17 @@ wf plot packing --figure stressed,cloud,angles         chosen figures; all: ever
 wf plot sample1 sample2 sample3 --figure scattering    mean and standard error over samples
 wf plot runs/method1-* runs/method2-* --figure density  both methods, solid fraction against time (G07 fig. 4)
 wf plot runs/method2-130aae48 --figure pores           frames from P* = 0 to P* side by side (fig. 5)
+wf plot runs/method2-* --figure agitation              z at P* = 0 against V0/V* (fig. 8)
 wf plot runs/consolidation-* --figure consolidation    Phi and z against P*
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
 HISTORY, DEFAULT = "history", ("forces", "history")
-OF_RUNS = (HISTORY, "density", "pores", "consolidation")  # need the time series or the stages of run directories
+OF_RUNS = (HISTORY, "density", "pores", "agitation", "consolidation")  # need the time series or the stages of run directories
 # here and not in the gallery, because the help must not wait for matplotlib
-FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "coordination", "self_stress", "floppy", "vibrations",
-           "scattering", "correlation", "holes", "hole_sizes", "pair_correlation", *OF_RUNS)  # fmt: skip
+FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "triangle", "double_triangle", "coordination",
+           "self_stress", "floppy", "vibrations", "scattering", "correlation", "holes", "hole_sizes", "pair_correlation",
+           *OF_RUNS)  # fmt: skip
 
 
 def declare(commands: Any) -> None:

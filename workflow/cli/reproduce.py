@@ -66,7 +66,7 @@ def action(arguments: argparse.Namespace) -> int:
     if paper.quick:
         print("quick: fewer and smaller samples, not the paper's size", file=sys.stderr)
     if arguments.dry_run:
-        print("\n".join(f"figure {one.number}: {one.plot or 'not drawn'}: {one.shows}" for one in paper.drawings))
+        print("\n".join(f"figure {one.number}: {one.plot}: {one.shows}" for one in paper.drawings))
         print(plan(study, profile, arguments))
         return 0
     if profile and not arguments.no_run:
@@ -144,28 +144,35 @@ def _say(text: str) -> None:
 def _draw(study: Study, drawing: Drawing, folder: Path) -> dict[str, str]:
     """The figure's file, or why there is none."""
     name = f"figures/fig{drawing.number}.png"
-    row = {"number": drawing.number, "plot": drawing.plot or "", "file": "", "shows": drawing.shows, "trouble": ""}
+    row = {"number": drawing.number, "plot": drawing.plot, "file": "", "shows": drawing.shows, "trouble": ""}
     points, names = [], []
     for case in drawing.cases:
         found = samples_of(study, case)[: drawing.most]
-        if not found:
+        if not found and not drawing.partial:
             return row | {"trouble": "not all of its samples are finished"}
         points += [(point, case.stage) for point in found]
         names += [" ".join(case.where[1:]).strip()] * len(found)
+    if drawing.cases and not points:
+        return row | {"trouble": "no sample is finished"}
     _say(f"drawing figure {drawing.number}")
     (folder / "figures").mkdir(exist_ok=True)
     try:
-        _plot(study, drawing.plot or "", points, names, folder / name)
+        _plot(study, drawing, points, names, folder / name)
     except WorkflowError as fault:
         return row | {"trouble": str(fault)}
     return row | {"file": name}
 
 
-def _plot(study: Study, kind: str, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
+def _plot(study: Study, drawing: Drawing, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
     """Draw by the kind of `wf plot`."""
     from workflow.report import heap  # matplotlib is slow to import
     from workflow.report.gallery import PLOTS
+    from workflow.report.sketches import SKETCHES
 
+    kind = drawing.plot
+    if kind in SKETCHES:
+        SKETCHES[kind]([path])
+        return
     directories = [study.directory(point) for point, _ in points]
     if kind in TOGETHER:
         TOGETHER[kind]([directory.path for directory in directories], [path], names)
@@ -174,7 +181,7 @@ def _plot(study: Study, kind: str, points: Sequence[tuple[Point, str | None]], n
     for directory, (_, stage) in zip(directories, points, strict=True):
         number = frame_index(directory, stage)
         with Archive(directory / ARCHIVE) as archive:
-            frames.append(archive.frame(number))
+            frames.append(archive.frame(number if drawing.time is None else archive.nearest(drawing.time)))
     scene = directories[0].scene
     if isinstance(scene, Heap):
         kinds = {"heap": heap.snapshot, "vectors": heap.vectors, "forces": heap.forces, "maps": heap.maps}

@@ -9,6 +9,7 @@ from pathlib import Path
 from workflow.deck.schedulers import Profile
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
+from workflow.scene.presets import Scene
 
 JOB = "job.sh"
 README = """\
@@ -51,9 +52,14 @@ def make_portable(directory: RunDirectory, profile: Profile) -> None:
     scene = directory.scene
     ignored = shutil.ignore_patterns("*.so", "CMakeLists.txt", "where.py")
     shutil.copytree(sources(), directory / "plugin", ignore=ignored)
-    directory.write_text(JOB, job_script(profile, f"{scene.name}-{scene.digest[:8]}"))
+    directory.write_text(JOB, job_script(profile, job_name(scene)))
     text = README.format(title=scene.title, submit=profile.cluster.submit, time=profile.time, margin=profile.margin)
     directory.write_text("README.txt", text)
+
+
+def job_name(scene: Scene) -> str:
+    """What the scheduler calls the job of a scene."""
+    return f"{scene.name}-{scene.digest[:8]}"
 
 
 def job_script(profile: Profile, name: str) -> str:

@@ -101,7 +101,14 @@ def _require_space(directory: RunDirectory) -> None:
 def measures_of(
     directory: RunDirectory, frame: int = -1, *, groups: Sequence[str] | None = None, **options: Any
 ) -> dict[str, Any]:
-    """The measures of a frame of the archive, with the run's own error figures.
+    """The measures of a frame of the archive; see `measures_of_frames`."""
+    return measures_of_frames(directory, [frame], groups=groups, **options)[0]
+
+
+def measures_of_frames(
+    directory: RunDirectory, frames: Sequence[int], *, groups: Sequence[str] | None = None, **options: Any
+) -> list[dict[str, Any]]:
+    """The measures of each of ``frames`` of the archive, with the run's own error figures, which are read once for all.
 
     ``groups`` of measures beside the standard numbers (see `workflow.analysis.groups`), None: those that are cheap for so
     many grains; ``options``: fields of its `Constants`.
@@ -117,16 +124,28 @@ def measures_of(
         if groups is not None and list(groups) != ["none"]:
             raise InputError(f"'{directory.path}' is a heap, which has measures of its own; the groups are of packings: "
                              "leave --only out")  # fmt: skip
-        return heap_measures(directory, scene, frame)
+        return [heap_measures(directory, scene, frame) for frame in frames]
     with Archive(directory / ARCHIVE) as archive:
-        chosen = archive.frame(frame)
-        last = chosen.step == archive.frame(-1).step
-        ends = archive.ends
+        last, ends = archive.frame(-1).step, archive.ends
         relaxed = {
             after: relaxation(archive.frame(ends[before]), archive.frame(ends[after]))
             for before, after in scene.relaxations
             if {before, after} <= set(ends)
         }
+        run = {"relaxation": relaxed or None, "numerics": _numerics(scene, series)}
+
+        def measured(chosen: Frame) -> dict[str, Any]:
+            reached = bool(result.get("equilibrated")) if chosen.step == last else None
+            numbers = _measures(scene, series, chosen, reached) | run
+            law = constants_of(scene, scene.law_of(chosen.stage), **options)
+            numbers |= measure_groups(chosen, law, chosen_groups(groups, chosen.grains))
+            return numbers | {"time": chosen.time, "step": chosen.step}
+
+        return [measured(archive.frame(frame)) for frame in frames]
+
+
+def _measures(scene: Packed, series: dict[str, Any], chosen: Frame, equilibrated: bool | None) -> dict[str, Any]:
+    """The standard numbers of a frame, its energies and the residual of its row of the time series."""
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
     if row is not None and scene.account and scene.barostat == "inertial":
@@ -136,14 +155,10 @@ def measures_of(
     pressure, law = scene.pressure_of(chosen.stage), scene.law_of(chosen.stage)
     numbers = measure(
         chosen, force_unit=scene.force_unit, tolerance=scene.force_tolerance, targets=(pressure, pressure),
-        equilibrated=bool(result.get("equilibrated")) if last else None,
+        equilibrated=equilibrated,
     )  # fmt: skip
     numbers["energy_residual"] = residual
     numbers["energy"] = _energy(chosen, law)
-    numbers["relaxation"] = relaxed or None
-    numbers["numerics"] = _numerics(scene, series)
-    numbers |= measure_groups(chosen, constants_of(scene, law, **options), chosen_groups(groups, chosen.grains))
-    numbers["time"], numbers["step"] = chosen.time, chosen.step
     return numbers
 
 

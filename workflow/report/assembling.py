@@ -1,4 +1,5 @@
-"""Pictures of how a packing came about: density against time (as in G07 fig. 4) and the closing of pores (figs. 5, 7)."""
+"""Pictures of how a packing came about: density against time (as in G07 fig. 4), the closing of pores (figs. 5, 7),
+coordination against the first agitation (fig. 8)."""
 
 from __future__ import annotations
 
@@ -57,6 +58,28 @@ def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mappi
             after = time[row]
             axes.annotate(names.get(int(stage[row]), ""), (time[row], density[row]), textcoords="offset points",
                           xytext=(-3, 5), ha="right", fontsize=7, color=colour)  # fmt: skip
+
+
+def agitation(found: Mapping[float, Sequence[float]], path: PathLike | Sequence[PathLike]) -> None:
+    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; an arrow at 9.48, the speed of
+    the paper's series (G07 fig. 8).  Raises InputError without a sample that moved."""
+    speeds = sorted(speed for speed in found if speed > 0)
+    if not speeds:
+        raise InputError("agitation: no run with V0 > 0 was given; choose one or more")
+    samples = [np.array(found[speed]) for speed in speeds]
+    error = [z.std(ddof=1) / np.sqrt(len(z)) if len(z) > 1 else 0.0 for z in samples]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3.4, 2.7), layout="constrained")
+        axes = figure.subplots()
+        mean = [z.mean() for z in samples]
+        axes.errorbar(speeds, mean, error, fmt="o-", color=INK, markersize=4, linewidth=0.8, ecolor=BLUE)
+        usual = 9.48
+        if usual in found:
+            axes.annotate("", (usual, np.mean(found[usual]) - 0.02), (0, -22), textcoords="offset points",
+                          arrowprops={"arrowstyle": "-|>", "color": RED})  # fmt: skip
+        axes.set(xscale="log", xlabel="$V_0/V^*$", ylabel="coordination number $z$")
+        axes.spines[["top", "right"]].set_visible(False)
+        save(figure, path)
 
 
 def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathLike | Sequence[PathLike]) -> None:

@@ -18,7 +18,7 @@ from workflow.analysis.groups import LOWEST, NEIGHBOURHOOD, Constants, correlati
 from workflow.analysis.holes import holes
 from workflow.analysis.modes import floppy_modes, mobility, self_stress, without_loose
 from workflow.errors import InputError, WorkflowError
-from workflow.report import charts, maps
+from workflow.report import charts, maps, triangles
 from workflow.report.figures import BAND, PathLike, force_network
 
 Sample = tuple[Frame, Constants]
@@ -114,6 +114,16 @@ def _hole_sizes(samples: Sequence[Sample], paths: Paths) -> None:
     charts.hole_sizes([holes(frame) for frame, _ in samples], paths)
 
 
+def _triangle(samples: Sequence[Sample], paths: Paths) -> None:
+    frame, law = samples[0]
+    triangles.triangle(frame, paths, tolerance=law.tolerance * law.force_unit)
+
+
+def _double_triangle(samples: Sequence[Sample], paths: Paths) -> None:
+    frame, law = samples[0]
+    triangles.double_triangle(frame, paths, tolerance=law.tolerance * law.force_unit)
+
+
 def _self_stress(samples: Sequence[Sample], paths: Paths) -> None:
     frame, law = samples[0]
     maps.self_stress_map(frame, self_stress(frame, **law.resists), paths)
@@ -148,6 +158,8 @@ PLOTS: dict[str, Plot] = {
     "distribution": Plot("distribution of N (figs. 9, 10)", True, _distribution),
     "cloud": Plot("N-T plane, Coulomb cone, +-sqrt(3) cross (figs. 14, 17)", True, _cloud),
     "angles": Plot("angle of force and normal (fig. 15)", True, _angles),
+    "triangle": Plot("a disc held by two touching discs, with its forces (fig. 16)", False, _triangle),
+    "double_triangle": Plot("two discs held by the same two, with their forces (fig. 18)", False, _double_triangle),
     "coordination": Plot("share of grains with k neighbours (figs. 3, 6)", True, _coordination),
     "self_stress": Plot("hyperstatic clusters", False, _self_stress),
     "floppy": Plot("floppy modes", False, _floppy),

@@ -61,15 +61,18 @@ class Printed:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: ``plot`` a kind of `wf plot` (None: not drawn), of the samples of ``cases``, ``most`` of each.
+    """A figure: ``plot`` a kind of `wf plot`, or a sketch that needs no sample, of the samples of ``cases``, ``most`` of each.
 
-    ``shows``: what the paper's figure shows, or why it is not drawn.
+    ``partial``: it is drawn of those cases that have finished samples, any other of all or not at all.  ``time``: of the
+    frame nearest to it instead of the last.  ``shows``: what the paper's figure shows.
     """
 
     number: str
-    plot: str | None
+    plot: str
     cases: tuple[Case, ...]
     most: int | None
+    partial: bool
+    time: float | None
     shows: str
 
 
@@ -101,13 +104,10 @@ class Paper:
                 raise InputError(f"--table {name} is not known in {self.short}; there are: {', '.join(self.tables)}")
         known = list(dict.fromkeys(_integer(drawing.number) for drawing in self.drawings))
         for name in figures or ():
-            found = [drawing for drawing in self.drawings if _names(name, drawing)]
-            if not found:
+            if not any(_names(name, drawing) for drawing in self.drawings):
                 raise InputError(f"--figure {name} is not known in {self.short}; there are: {', '.join(known)}")
-            if all(drawing.plot is None for drawing in found):
-                raise InputError(f"--figure {name} is not drawn: {found[0].shows}")
         numbers = [number for number in self.numbers if whole or number.case.where[0] in (tables or ())]
-        drawings = [d for d in self.drawings if d.plot and (whole or any(_names(name, d) for name in figures or ()))]
+        drawings = [d for d in self.drawings if whole or any(_names(name, d) for name in figures or ())]
         return numbers, drawings
 
 
@@ -144,10 +144,12 @@ def read_paper(name: str, *, quick: bool = False, samples: int | None = None) ->
                 titles[" ".join(case.where)] = block["title"]
                 numbers += [printed for number in block.get("number", []) for printed in _printed(number, case, r, c)]
     drawings = [
-        Drawing(one["number"], one["plot"], tuple(cases[tuple(of)] for of in one["of"]), one.get("most"), one["shows"])
+        Drawing(
+            one["number"], one["plot"], tuple(cases[tuple(of)] for of in one.get("of", [])), one.get("most"),
+            one.get("partial", False), one.get("time"), one["shows"],
+        )
         for one in data["figure"]
-    ]
-    drawings += [Drawing(number, None, (), None, reason) for number, reason in data["undrawn"].items()]
+    ]  # fmt: skip
     return Paper(name, data["paper"], data["short"], data["uncertainty"], titles, tuple(numbers), tuple(drawings), quick)
 
 

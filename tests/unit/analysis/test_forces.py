@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from workflow.analysis.build import make_frame
 from workflow.analysis.contacts import stress
 from workflow.analysis.forces import (
+    corners,
     fabric,
     force_angles,
     force_cloud,
@@ -189,3 +191,18 @@ def test_fabric_of_selected_interactions():
     frame = network([[0, 0], [1, 0], [0, 1]], (5, 5), [[0, 1], [0, 2]])
     assert fabric(frame, np.array([True, False])).tolist() == [[1.0, 0.0], [0.0, 0.0]]
     assert fabric(frame, np.zeros(2, dtype=bool)).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+
+
+def test_corners_are_the_discs_that_two_touching_discs_hold() -> None:
+    """A rhombus of four: the two outer discs have two contacts each; a force on one of them from a fifth ends that."""
+    high = np.sqrt(0.75)
+    place = [[0.0, -0.5], [0.0, 0.5], [-high, 0.0], [high, 0.0], [high + 1.0, 0.0]]
+    pairs = {"i": [2, 2, 3, 3, 0, 3], "j": [0, 1, 0, 1, 1, 4], "normal": [0.1, 0.1, 0.2, 0.2, -0.6, 0.0]}
+    frame = make_frame(np.array(place) + 4.0, 1.0 + 1e-6, (9.0, 9.0), pairs)
+    found = corners(frame, tolerance=1e-4)
+    assert [(int(d), {int(one), int(two)}) for d, one, two in found.grains] == [(3, {0, 1}), (2, {0, 1})]  # largest force first
+    assert found.force == pytest.approx([0.2, 0.1])
+    assert found.ratio == pytest.approx(np.sqrt(3.0))
+    held = make_frame(frame.position, frame.diameter, frame.cell, pairs | {"normal": [0.1, 0.1, 0.2, 0.2, -0.6, 0.01]})
+    assert corners(held, tolerance=1e-4).grains[:, 0].tolist() == [2]
+    assert not len(corners(frame, tolerance=0.3).grains)

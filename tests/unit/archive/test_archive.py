@@ -41,6 +41,13 @@ def test_what_is_written_is_read_back(path, frames):
             np.testing.assert_array_equal(archive.series[name], values)
 
 
+def test_the_frame_nearest_to_a_time(path, frames):
+    times = [frame.time for frame in frames]
+    with Archive(path) as archive:
+        assert [archive.nearest(time + 1e-9) for time in times] == [times.index(time) for time in times]
+        assert archive.nearest(1e9) == len(frames) - 1
+
+
 def test_poured_and_lost_grains(tmp_path):
     def part(step, rows):
         frame = random_frame(step, grains=6, pairs=0)

@@ -15,7 +15,7 @@ from workflow.analysis.network import Springs
 from workflow.analysis.synthetic import ballistic_aggregate
 from workflow.cli.plot import FIGURES, OF_RUNS
 from workflow.errors import InputError
-from workflow.report import charts, figures, gallery, maps
+from workflow.report import charts, figures, gallery, maps, sketches, triangles
 from workflow.report.gallery import PLOTS
 
 LAW = Constants(springs=Springs(1.0, 1.0), cohesive=True)
@@ -33,11 +33,23 @@ def lattice(seed: int = 0, side: int = 8, missing: int = 12):
     return make_frame(frame.position, frame.diameter, frame.cell, pairs)
 
 
+def rhombus(strength: float = 0.1):
+    """Discs 0 and 1 one above the other, 2 and 3 at their sides, alone in a large cell, with self-balanced forces: on each
+    of the latter two vertical ones of ``strength`` through its contacts, so that 0 and 1 are pulled apart by twice that."""
+    high = np.sqrt(0.75)
+    place = np.array([[0.0, -0.5], [0.0, 0.5], [-high, 0.0], [high, 0.0]]) + 4.0
+    i, j = np.array([2, 2, 3, 3, 0]), np.array([0, 1, 0, 1, 1])
+    force = strength * np.array([[0, -1], [0, 1], [0, -1], [0, 1], [0, -2]])  # of i on j
+    n = place[j] - place[i]
+    pairs = {"i": i, "j": j, "normal": (force * n).sum(1), "tangential": force[:, 1] * n[:, 0] - force[:, 0] * n[:, 1]}
+    return make_frame(place, 1.0 + 1e-6, (8.0, 8.0), pairs)
+
+
 @pytest.fixture
 def drawn(monkeypatch):
     """The figures that would be saved."""
     caught = []
-    for module in (figures, maps, charts):
+    for module in (figures, maps, charts, triangles):
         monkeypatch.setattr(module, "save", lambda figure, path: caught.append(figure))
     return caught
 
@@ -51,6 +63,8 @@ def test_every_figure_is_drawn(name, tmp_path):
     samples = [(lattice(seed), LAW) for seed in range(2 if PLOTS[name].several else 1)]
     if name == "hole_sizes":
         samples = [(lattice(seed, missing=3), LAW) for seed in range(2)]
+    if "triangle" in name:
+        samples = [(rhombus(), LAW)]
     PLOTS[name].draw(samples, [tmp_path / "figure.png"])
     assert (tmp_path / "figure.png").stat().st_size > 5000
 
@@ -105,6 +119,44 @@ def test_arrows_of_a_mechanism_are_on_the_grains_that_can_move():
     assert abs(motion[-1] @ branch) < 1e-6  # rolls about its neighbour without coming nearer
 
 
+def test_forces_of_the_triangles_lie_on_their_lines(drawn):
+    """Bars of the forces on D and D' run along the dotted lines, here upright; the one between 1 and 2 is twice as long."""
+    PLOTS["double_triangle"].draw([(rhombus(), LAW)], ["x.png"])
+    axes = drawn[0].axes[0]
+    bars = np.array([line.get_xydata() for line in axes.lines if line.get_linewidth() == 2.5])
+    length = np.abs(bars[:, 1] - bars[:, 0])
+    assert length[:, 0] == pytest.approx(0.0, abs=1e-9)
+    assert np.sort(length[:, 1]) / length[:, 1].min() == pytest.approx([1, 1, 1, 1, 2])
+    dotted = [line.get_xy1()[0] for line in axes.lines if line.get_linestyle() == "--"]
+    assert np.ptp(dotted) == pytest.approx(np.sqrt(0.75), rel=1e-5)  # the discs overlap by 1e-6
+    PLOTS["triangle"].draw([(rhombus(), LAW)], ["x.png"])
+    assert drawn[1].axes[0].get_title() == "$|T/N|$ = 1.732, 1.732; eq. 20: 1.732"
+
+
+def test_sketches_show_the_laws():
+    """G07 eqs. 4, 5: -F0 at contact, 0 at h = D0 and at -F0/K_N.  B97: 1 mg at r = sigma; Hooke's law does the same work."""
+    law = sketches.CohesiveLaw(kn=1e3, f0=1.0, d0=1e-3)
+    force = sketches.normal_force(law, np.array([0.0, 0.5e-3, 1e-3, 2e-3, -1e-3]))
+    assert force == pytest.approx([-1.0, -0.5, 0.0, 0.0, 0.0], abs=1e-12)
+    gap = np.linspace(sketches.CLOSEST - 1.0, 0.2, 20001)[:-1]
+    smooth = sketches.ContinuousLaw()
+    hooke = sketches.ContinuousLaw(stiffness=sketches.equivalent_stiffness(36, 1.2, sketches.CLOSEST))
+    work = [np.trapezoid(sketches.normal_force(one, gap), gap) for one in (smooth, hooke)]
+    assert work[0] == pytest.approx(work[1], rel=1e-3)
+    assert sketches.normal_force(smooth, np.zeros(1)) == pytest.approx(1.0)
+
+
+def test_the_fourth_disc_closes_a_fifth_contact(monkeypatch, tmp_path):
+    """It touches one disc, rolls on it with the contact closed, and meets the other: the double triangle of G07 fig. 13."""
+    run = sketches.fourth_disc()
+    assert [event.pair for event in run.events if event.kind == "close"] == [(1, 3), (0, 3)]
+    assert not run.times_of("open")
+    assert int((run.gap[-1] < 0).sum()) == 5
+    monkeypatch.setattr(sketches, "fourth_disc", lambda: run)
+    sketches.SKETCHES["fourth_disc"](tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+
+
 def test_the_intensity_is_drawn_with_its_fit(drawn):
     rng = np.random.default_rng(0)
     frames = [make_frame(ballistic_aggregate(256, rng), 0.999, (120.0, 120.0)) for _ in range(4)]
@@ -117,7 +169,7 @@ def test_the_intensity_is_drawn_with_its_fit(drawn):
 
 def test_what_cannot_be_drawn_is_said(tmp_path):
     alone = make_frame([[1.0, 1.0]], 1.0, (6.0, 6.0))
-    for name in ("floppy", "hole_sizes", "distribution"):
+    for name in ("floppy", "hole_sizes", "distribution", "triangle", "double_triangle"):
         with pytest.raises(InputError):
             PLOTS[name].draw([(alone, LAW)], [tmp_path / "x.png"])
     assert not list(tmp_path.iterdir())

@@ -79,12 +79,9 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
         un = nx * b.ux[k] + ny * b.uy[k];
         ut = nx * b.uy[k] - ny * b.ux[k];
       }
-      const double turn = 0.5 * dt * inverse * ut;           // of n in half a step
-      const double middle = SECOND ? un - turn * ut : un;    // d|b|/dt in the middle of the step
-      if (JUMPS) {
-        const double was = h - dt * middle < 0.0 ? 1.0 : 0.0;    // closed when the step began
-        b.crossed[k] = h < 0.0 ? 1.0 - was : DAMPING ? was : 0.0;
-      }
+      const double turn = 0.5 * dt * inverse * ut;                          // of n in half a step
+      const double middle = SECOND ? un - turn * ut : un;                   // d|b|/dt in the middle of the step
+      if (JUMPS) b.crossed[k] = h * (h - dt * middle) < 0.0 ? 1.0 : 0.0;    // the gap changed its sign
       if (DAMPING) {
         const double vn = SECOND ? middle + ahead * (middle - speed[k]) : un;
         if (SECOND) {
@@ -130,9 +127,8 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
       const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
       const double turn = 0.5 * dt * ut / distance, before = h - dt * (un - turn * ut);
       const bool entered = h < 0.0;
-      const double within =
-          (entered ? h : before) / (entered ? h - before : before - h);    // share of the step in contact
-      double normal = 0.0, tangential = 0.0;                               // what is added
+      const double within = (entered ? h : before) / -std::fabs(h - before);    // share of the step in contact
+      double normal = 0.0, tangential = 0.0;                                    // what is added
       if (DAMPING) {
         const double vn = b.receding[k];
         normal = -b.eta[k] * vn * (within - 0.5);

@@ -67,7 +67,7 @@ def action(arguments: argparse.Namespace) -> int:
         if getattr(arguments, name) is not None:
             positive(str(getattr(arguments, name)), f"--{name}")
     if arguments.csv and not arguments.csv.parent.is_dir():
-        raise InputError(f"--csv '{arguments.csv}' is not allowed: there is no directory '{arguments.csv.parent}'; make it first")
+        raise InputError(f"--csv '{arguments.csv}': there is no directory '{arguments.csv.parent}'; make it first")
     states, common = _given(arguments) if arguments.directory else (_made(arguments), {})
     engine()
     for name in missing(engines):

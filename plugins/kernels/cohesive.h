@@ -79,15 +79,14 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
         un = nx * b.ux[k] + ny * b.uy[k];
         ut = nx * b.uy[k] - ny * b.ux[k];
       }
-      const double turn = 0.5 * dt * inverse * ut;           // of n in half a step
-      const double middle = SECOND ? un - turn * ut : un;    // d|b|/dt in the middle of the step
-      if (JUMPS) b.crossed[k] = h - dt * middle < 0.0 ? 0.0 : closed;
+      const double turn = 0.5 * dt * inverse * ut;                          // of n in half a step
+      const double middle = SECOND ? un - turn * ut : un;                   // d|b|/dt in the middle of the step
+      if (JUMPS) b.crossed[k] = h * (h - dt * middle) < 0.0 ? 1.0 : 0.0;    // the gap changed its sign
       if (DAMPING) {
         const double vn = SECOND ? middle + ahead * (middle - speed[k]) : un;
         if (SECOND) {
           speed[k] = middle;
           b.receding[k] = vn;
-          b.crossed[k] = h + dt * vn > 0.0 ? closed : b.crossed[k];
         }
         const double damper = -eta[k] * vn * closed;
         viscous[k] = damper;
@@ -113,10 +112,9 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
     if (JUMPS) share_crossings<ACCOUNT>(dt, b, count);
   }
 
-  /* Contacts that closed in the step that ends here, or will open, as far as can be seen, in the next one.  The scheme
-     halves a force that jumps between two steps: a damper that was on, or will be, for a part of the step is due that
-     part instead, and springs grow for that part only.  Such contacts are rare: found by the blockful, mended one by
-     one. */
+  /* Contacts that closed or opened in the step that ends here.  The scheme halves a force that jumps between two steps:
+     a damper that was on for a part of the step is due that part instead, and springs grow for that part only.  Such
+     contacts are rare: found by the blockful, mended one by one. */
   template <bool ACCOUNT> DISC_INLINE void share_crossings(double dt, Block &__restrict b, int count) const
   {
     alignas(64) double any[LANES] = {};
@@ -128,13 +126,12 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
       const double nx = b.bx[k] / distance, ny = b.by[k] / distance, h = distance - b.touch[k];
       const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
       const double turn = 0.5 * dt * ut / distance, before = h - dt * (un - turn * ut);
-      const bool entered = before >= 0.0;
-      const double within = entered ? h / (h - before) : 1.0;
-      double normal = 0.0, tangential = 0.0;    // what is added
+      const bool entered = h < 0.0;
+      const double within = (entered ? h : before) / -std::fabs(h - before);    // share of the step in contact
+      double normal = 0.0, tangential = 0.0;                                    // what is added
       if (DAMPING) {
-        const double vn = b.receding[k], after = h + dt * vn;
-        const double part = (entered ? within - 0.5 : 0.0) + (after > 0.0 ? h / (h - after) - 0.5 : 0.0);
-        normal = -b.eta[k] * vn * part;
+        const double vn = b.receding[k];
+        normal = -b.eta[k] * vn * (within - 0.5);
         b.viscous[k] += normal;
         if (ACCOUNT) b.lost_viscous[k] -= normal * vn * dt;
       }

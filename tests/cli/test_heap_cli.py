@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 import pytest
 from wf_process import Wf, call, kill, record
 
@@ -22,6 +23,7 @@ def heap(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = call("run", *SMALL, "--out", "run", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "angle of repose" in done.stdout and "40 poured" in done.stdout
+    assert all(words in done.stdout for words in ("energy residual", "14 per stiffest period, ", "in the rows of the run"))
     return folder / "run"
 
 
@@ -32,6 +34,10 @@ def test_measures_have_the_promised_keys(heap: Path, wf: Wf) -> None:
     assert isinstance(measures["avalanches"], list) and measures["equilibrated"]
     # second order at 14 steps per stiffest period
     assert abs(measures["energy_residual"]["relative"]) < 0.004
+    # from r0 = 1.2 to 1 at the speed of the fall or faster
+    numerics = measures["numerics"]
+    assert numerics["fastest_approach"] >= np.sqrt(2.0 * 15.0)
+    assert numerics["steps_in_tail"] == pytest.approx(0.2 / (numerics["fastest_approach"] * numerics["step"]), rel=1e-9)
     assert measures["poured"] == 40 and measures["equivalent_hooke"]["stiffness"] > 37.0
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -11,22 +12,23 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from workflow.archive.read import Archive
-from workflow.cli.options import command
+from workflow.cli.options import command, whole_number
 from workflow.cli.sources import archived
 from workflow.engine.collect import ARCHIVE
 from workflow.engine.environment import engine
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
-from workflow.study.bench import ENGINES, STATES, State, Timing, bench, missing, own_states
+from workflow.scene.method1 import Method1
+from workflow.study.bench import ENGINES, PROGRAMS, STATES, State, Timing, bench, missing, own_states
 from workflow.study.bench_states import of_frame
 from workflow.study.table import write_csv
 
 EXAMPLES = """
 wf bench                                          1400 grains, gas and dense, every installed engine
-wf bench --n 1400,5600,50000 --ranks 1,2          sizes and MPI ranks
+wf bench --n 1400,5600,50000 --ranks 1,2          sizes and MPI ranks; lists take commas or blanks
 wf bench --state dense --engines exact,granular --json
-wf bench --engines exact --switches               what the switches of a scene save
+wf bench --engines exact --switches               what the switches of a scene save, what a barostat costs
 wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
 TITLES = f"{'ns per grain and step':26s}  median    least ..   most  /hooke  /exact   pair  neigh   comm modify  other"
@@ -38,12 +40,16 @@ def declare(commands: Any) -> None:
     parser = command(
         commands, "bench", "time the exact law beside LAMMPS's own contact styles and other programs", EXAMPLES, action=action
     )
+    parser.usage = f"{parser.prog} [DIR] [options]"  # a list would take a DIR that follows it
     parser.add_argument("directory", type=Path, nargs="?", metavar="DIR",
                         help="run directory whose last frame is the state (default: states are made)")  # fmt: skip
-    parser.add_argument("--n", metavar="N,...", help="numbers of grains (default 1400)")
-    parser.add_argument("--state", metavar="S,...", help=f"states to make (default {','.join(STATES)})")
-    parser.add_argument("--engines", default=",".join(ENGINES), metavar="E,...", help="engines (default %(default)s)")
-    parser.add_argument("--ranks", default="1", metavar="R,...", help="numbers of MPI ranks (default 1)")
+    for flag, sign, text in (
+        ("--n", "N", "numbers of grains (default 1400)"),
+        ("--state", "S", f"states to make (default {','.join(STATES)})"),
+        ("--engines", "E", f"engines (default {','.join(ENGINES)})"),
+        ("--ranks", "R", "numbers of MPI ranks (default 1)"),
+    ):
+        parser.add_argument(flag, nargs="+", action="extend", metavar=sign, help=text)
     parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
     parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
     parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
@@ -53,15 +59,22 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Time and print."""
-    engines = listed("--engines", arguments.engines, one_of(ENGINES))
-    ranks = listed("--ranks", arguments.ranks, positive)
+    engines = listed("--engines", arguments.engines or ENGINES, one_of(ENGINES))
+    ranks = listed("--ranks", arguments.ranks or ["1"], positive)
+    if 1 not in ranks and not set(engines) - set(PROGRAMS):
+        raise InputError(f"{' and '.join(engines)} are timed on one rank only; give --ranks 1 too, or another engine")
     for name in ("rounds", "steps"):
         if getattr(arguments, name) is not None:
             positive(str(getattr(arguments, name)), f"--{name}")
+    if arguments.csv and not arguments.csv.parent.is_dir():
+        raise InputError(f"--csv '{arguments.csv}': there is no directory '{arguments.csv.parent}'; make it first")
     states, common = _given(arguments) if arguments.directory else (_made(arguments), {})
     engine()
     for name in missing(engines):
         print(f"{name} not installed: apt-get install {name}", file=sys.stderr)
+    cores = len(os.sched_getaffinity(0))
+    if max(ranks) > cores:
+        print(f"{max(ranks)} ranks on {cores} cores wait for each other: their times say nothing", file=sys.stderr)
     timings = bench(states, engines, ranks=ranks, rounds=arguments.rounds, steps=arguments.steps,
                     switches=arguments.switches, common=common)  # fmt: skip
     if arguments.csv:
@@ -72,7 +85,8 @@ def action(arguments: argparse.Namespace) -> int:
 
 def _made(arguments: argparse.Namespace) -> list[tuple[str, State]]:
     return own_states(
-        listed("--n", arguments.n or "1400", _many), listed("--state", arguments.state or ",".join(STATES), one_of(STATES))
+        listed("--n", arguments.n or ["1400"], grains(50)),  # fewer have a dense cell too small for the list
+        listed("--state", arguments.state or STATES, one_of(STATES)),
     )
 
 
@@ -95,9 +109,13 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
     return [(directory.path.name, lambda folder: discs)], common
 
 
-def listed(option: str, text: str, read: Callable[[str, str], Item]) -> list[Item]:
-    """The words of an option with commas, each once, as ``read`` understands them."""
-    return list(dict.fromkeys(read(word.strip(), option) for word in text.split(",")))
+def listed(option: str, given: str | Sequence[str], read: Callable[[str, str], Item]) -> list[Item]:
+    """The words of an option, between commas or blanks, each once, as ``read`` understands them."""
+    words = (given if isinstance(given, str) else ",".join(given)).replace(" ", ",").split(",")
+    found = list(dict.fromkeys(read(word, option) for word in words if word))
+    if not found:
+        raise InputError(f"{option} is empty; give at least one word, or leave it out")
+    return found
 
 
 def positive(word: str, option: str, least: int = 1) -> int:
@@ -107,8 +125,18 @@ def positive(word: str, option: str, least: int = 1) -> int:
     return int(word)
 
 
-def _many(word: str, option: str) -> int:
-    return positive(word, option, 50)  # fewer have a dense cell too small for the list
+def grains(least: int) -> Callable[[str, str], int]:
+    """A reader of numbers of grains, also written 1e5, as many as a scene can have."""
+
+    def read(word: str, option: str) -> int:
+        try:
+            count = positive(str(whole_number(word)), option, least)
+        except (ValueError, OverflowError, argparse.ArgumentTypeError):
+            raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {least}") from None
+        Method1(n=count)  # says what no scene can have
+        return count
+
+    return read
 
 
 def one_of(names: Sequence[str]) -> Callable[[str, str], str]:

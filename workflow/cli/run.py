@@ -129,8 +129,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
             held = "rigid" if network["positive_definite_backbone"] else f"with {network['backbone_mechanisms']} mechanisms"
             counts += f", backbone of {network['backbone_grains']} grains {held}"
         rows.append(("rigidity", counts))
-    tail = f", {numerics['steps_in_tail']:.0f} in the tail at the fastest approach" if numerics["steps_in_tail"] else ""
-    rows.append(("steps", f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"))
+    rows.append(("steps", _steps(numerics)))
     part = 100 * numerics["largest_overlap_of_smallest_radius"]
     rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
@@ -160,17 +159,27 @@ def heap_summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         )
     rows += [
         ("avalanches", f"{len(slides)}, the largest of {max((s['size'] for s in slides), default=0)} grains"),
-        ("unbalanced [mg]", f"force {measures['unbalanced_force']:.2g}   largest overlap {-measures['closest_pair']:.3f}"),
+        ("unbalanced [mg]", f"force {measures['unbalanced_force']:.2g}"),
     ]
     if measures["solid_fraction"] is not None:
         text = f"{measures['solid_fraction']:.3f}   six neighbours {100 * order['sixfold']:.0f} % of inner ones"
         rows.append(("solid fraction", text))
-    if energy:
-        rows.append(("energy residual", f"{100 * energy['relative']:.2f} % of the energy that went through"))
+    known = f"{100 * energy['relative']:.2f} % of the energy that went through" if energy else "unknown, no energy account"
+    rows += [("energy residual", known), ("steps", _steps(measures["numerics"]))]
+    deepest, now = measures["numerics"]["largest_overlap"], -measures["closest_pair"]
+    rows.append(
+        ("largest overlap", f"{now:.3f} sigma now" + ("" if deepest is None else f", {deepest:.3f} in the rows of the run"))
+    )
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     state = "at rest" if measures["equilibrated"] else "NOT at rest"
     head = f"{state} at t = {measures['time']:.2f} (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
+
+
+def _steps(numerics: dict[str, Any]) -> str:
+    in_tail = numerics.get("steps_in_tail")
+    tail = f", {in_tail:.0f} in the tail at the fastest approach" if in_tail else ""
+    return f"{numerics['steps_per_stiffest_period']:.0f} per stiffest period{tail}"
 
 
 def _ratio(measures: dict[str, Any]) -> str:

@@ -9,11 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.bench import listed, one_of, positive
+from workflow.cli.bench import grains, listed, one_of, positive
 from workflow.cli.options import command, whole_number
 from workflow.engine.environment import engine
 from workflow.errors import InputError
-from workflow.scene.method1 import Method1
 from workflow.study.scale import STATES, Estimate, Stage, estimate, scale
 from workflow.study.table import write_csv
 
@@ -42,7 +41,7 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    counts = listed("--n", arguments.n, _many)
+    counts = listed("--n", arguments.n, grains(LEAST))
     states, ranks = listed("--state", arguments.state, one_of(STATES)), listed("--ranks", arguments.ranks, positive)
     if arguments.steps < 1 or arguments.over < 1 or not arguments.bandwidth > 0 or (arguments.wanted or 1) < 1:
         raise InputError("--steps, --for, --over and --bandwidth must be above 0")
@@ -63,15 +62,6 @@ def action(arguments: argparse.Namespace) -> int:
     else:
         print("\n".join([*table(rows), *(line for one in estimates for line in estimate_lines(one))]))
     return 0
-
-
-def _many(word: str, option: str) -> int:
-    try:
-        count = positive(str(whole_number(word)), option, LEAST)
-    except (ValueError, argparse.ArgumentTypeError):
-        raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {LEAST}") from None
-    Method1(n=count)  # says what no scene can have
-    return count
 
 
 def table(rows: Sequence[Stage]) -> list[str]:

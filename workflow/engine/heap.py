@@ -32,6 +32,10 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
         stiffness = equivalent_stiffness(scene.index, scene.cutoff, at_rest)
         numbers["equivalent_hooke"] = {"closest": at_rest, "stiffness": stiffness}
     step = scene.step_choice
+    # rows of the series meet few impacts at their fastest; none is faster than the fall
+    fall = scene.impact_speed if scene.start == "pour" else 0.0
+    approach = max(fall, float(series["approach"].max()) if series else 0.0)
+    tail = 0.0 if scene.hooke else (scene.cutoff - 1.0) * (1.0 - scene.polydispersity)  # of the force, from r0 to sigma
     return numbers | {
         "equilibrated": bool(result.get("equilibrated")) if last else None,
         "poured": int(at.get("poured", 0)), "removed": int(at.get("removed", 0)),
@@ -39,6 +43,7 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
         "numerics": {
             "step": step.step, "step_reason": step.reason, "steps_per_stiffest_period": step.period / step.step,
             "largest_overlap": float(series["overlap"].max()) if series else None,
-            "fastest_approach": float(series["approach"].max()) if series else None,
+            "fastest_approach": approach,
+            "steps_in_tail": tail / (approach * step.step) if tail and approach else None,
         },
     }  # fmt: skip

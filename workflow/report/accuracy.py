@@ -49,38 +49,37 @@ def few_figure(
 
 
 def many_figure(rows: Sequence[Many], path: PathLike) -> None:
-    """Packings: solid fraction, coordination, energy residual and stress deviation over the step, with error bars."""
+    """Packings: solid fraction, coordination and stress with their standard errors, and energy residual, over run time."""
     names = list(dict.fromkeys(row.case for row in rows))
     variants = list(dict.fromkeys(row.variant for row in rows))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(13.0, 6.0), layout="constrained")
         grid = figure.subplots(len(names), 4, squeeze=False)
         for line, name in zip(grid, names, strict=True):
-            for k, (variant, (colour, mark, size)) in enumerate(zip(variants, LOOK, strict=False)):
+            for variant, (colour, mark, size) in zip(variants, LOOK, strict=False):
                 of = [row for row in rows if (row.case, row.variant) == (name, variant)]
                 if of:
                     _bulk(
                         line,
                         of,
                         {"color": colour, "marker": mark, "markersize": size, "linewidth": size / 3.0, "label": variant},
-                        1.0 + 0.03 * k,
                     )
-            panel(line[0], name, "steps per stiffest period", r"solid fraction $\Phi$", up_log=False)
-            panel(line[1], name, "steps per stiffest period", "coordination $z$", up_log=False)
-            panel(line[2], name, "run time per T0 [s]", "energy residual")
-            panel(line[3], name, "run time per T0 [s]", r"$|\sigma - P|$ [$F_1/a$]")
+            time = "run time per T0 [s]"
+            panel(line[0], name, time, r"solid fraction $\Phi$", up_log=False)
+            panel(line[1], name, time, "coordination $z$", up_log=False)
+            panel(line[2], name, time, r"$|\sigma - P|$ [$F_1/a$]")
+            panel(line[3], name, time, "energy residual")
             line[0].legend(frameon=False, fontsize=7)
         save(figure, path)
 
 
-def _bulk(line: Sequence[Axes], of: Sequence[Many], look: dict[str, Any], shift: float) -> None:
-    steps, seconds = [shift * row.steps_per_period for row in of], [row.seconds for row in of]
-    for axes, name in zip(line, ("solid_fraction", "coordination"), strict=False):
+def _bulk(line: Sequence[Axes], of: Sequence[Many], look: dict[str, Any]) -> None:
+    seconds = [row.seconds for row in of]
+    for axes, name in zip(line, ("solid_fraction", "coordination", "stress"), strict=False):
         bars = [getattr(row, f"{name}_error") for row in of]
-        axes.errorbar(steps, [getattr(row, name) for row in of], bars, capsize=2, **look)
+        axes.errorbar(seconds, [getattr(row, name) for row in of], bars, capsize=2, **look)
     if of[0].residual is not None:
-        line[2].plot(seconds, [row.residual or 0.0 for row in of], **look)
-    line[3].plot(seconds, [row.stress for row in of], **look)
+        line[3].plot(seconds, [row.residual or 0.0 for row in of], **look)
 
 
 def panel(axes: Axes, title: str, across: str, up: str, *, up_log: bool = True) -> None:

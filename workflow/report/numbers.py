@@ -136,7 +136,7 @@ def _resolution(n: dict[str, Any], length: str) -> list[Error]:
         share = n["share_of_stability_limit"]
         found.append(Error("step over the largest stable one", f"{share:.2g}", "1", share <= 1.0))
     if n.get("steps_in_tail"):
-        found.append(Error("steps in the tail of the attraction", f"{n['steps_in_tail']:.3g} at the fastest approach"))
+        found.append(Error("steps in the tail of the force", f"{n['steps_in_tail']:.3g} at the fastest approach"))
     overlap = n["largest_overlap"]
     if overlap is not None:
         part = n.get("largest_overlap_of_smallest_radius")

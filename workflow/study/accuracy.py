@@ -34,14 +34,13 @@ class Plan:
     groups: int
     few: tuple[float, ...]
     many: tuple[float, ...]
-    many_stock: tuple[float, ...]
     seeds: int
     grains: int
     duration: float
 
 
-QUICK = Plan(6, (14, 28, 56, 112, 224), (14, 28), (28,), 2, 100, 12.0)
-FULL = Plan(16, (7, 14, 20, 28, 40, 56, 112, 224, 448), (7, 14, 28, 56), (28,), 4, 120, 25.0)
+QUICK = Plan(6, (14, 28, 56, 112, 224), (14, 28), 2, 100, 12.0)
+FULL = Plan(16, (7, 14, 20, 28, 40, 56, 112, 224, 448), (7, 14, 28, 56), 4, 120, 25.0)
 
 
 @dataclass(frozen=True)
@@ -62,8 +61,8 @@ class Few:
 
 @dataclass(frozen=True)
 class Many:
-    """Packings of one case, variant and step: means over seeds and their standard errors; ``stress`` deviation from the
-    imposed one in F1/a, ``residual`` relative to the larger of work and loss."""
+    """Packings of one case, variant and step: means over seeds and their standard errors; ``stress``: largest deviation of
+    the two axes from the imposed one in F1/a, ``residual`` of the energy account relative to the larger of work and loss."""
 
     case: str
     variant: str
@@ -76,6 +75,7 @@ class Many:
     coordination: float
     coordination_error: float
     stress: float
+    stress_error: float
     residual: float | None
     seconds: float
 
@@ -143,7 +143,7 @@ def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stder
     jobs = [
         (name, variant, spp)
         for name, of in scenes.items() for variant in variants if variant.cohesion or not of[0].cohesion
-        for spp in (plan.many if variant.law == "disc" else plan.many_stock)
+        for spp in plan.many
     ]  # fmt: skip
 
     def cost(name: str, variant: Variant, spp: float) -> float:
@@ -182,7 +182,7 @@ def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1]
     residual = float(np.mean(residuals)) if variant.law == "disc" else None
     return Many(
         name, variant.name, spp, step, len(scenes), len(discs.diameter), float(mean[0]), float(spread[0]), float(mean[1]),
-        float(spread[1]), float(mean[2]), residual, float(np.mean(seconds)),
+        float(spread[1]), float(mean[2]), float(spread[2]), residual, float(np.mean(seconds)),
     )  # fmt: skip
 
 

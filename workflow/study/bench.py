@@ -27,9 +27,12 @@ GRAIN_STEPS, LEAST_STEPS = 10_000_000, 500  # timed steps: so many grain-steps, 
 WARM_SHARE = 5  # one untimed step per so many timed ones
 PARTS = ("pair", "neigh", "comm", "modify")
 
-# rows of the exact law and what they change in bench.in; the full law: friction, rolling, energy account, fixed cell
-EXACT_ROWS: dict[str, dict[str, object]] = {"exact": {}, "exact, barostat": {"barostat": "yes"}}
+# what the engines of this package change in bench.in; exact: friction, rolling, energy account, fixed cell
+OWN: dict[str, dict[str, object]] = {
+    "exact": {}, "stock": {"engine": "stock"}, "hooke/history": {"engine": "hooke"}, "granular": {"engine": "granular"},
+}  # fmt: skip
 SWITCHES: dict[str, dict[str, object]] = {
+    "exact, barostat": {"barostat": "yes"},
     "exact, no friction": {"mu": 0.0},
     "exact, no rolling": {"kr": 0.0, "mur": 0.0},
     "exact, cohesion": {"f0": 1.0, "d0": 1e-3},
@@ -37,9 +40,6 @@ SWITCHES: dict[str, dict[str, object]] = {
     "exact, scheme paper": {"scheme": "paper"},
     "exact, run_style verlet": {"run": "verlet"},
 }
-OTHERS: dict[str, dict[str, object]] = {
-    "stock": {"engine": "stock"}, "hooke/history": {"engine": "hooke"}, "granular": {"engine": "granular"},
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,9 @@ def bench(
 
 
 def _rows(engines: Sequence[str], state: str, switches: bool) -> list[str]:
-    """Names of the rows: engines, and with EXACT its variants; cohesion on the gas alone, as it would change the packing."""
-    variants = [*EXACT_ROWS, *(s for s in SWITCHES if switches and (state == "gas" or "cohesion" not in s))]
-    return [row for name in engines for row in (variants if name == EXACT else [name])]
+    """Names of the rows: engines, and after EXACT its variants; cohesion on the gas alone, as it would change the packing."""
+    variants = [s for s in SWITCHES if switches and (state == "gas" or "cohesion" not in s)]
+    return [row for name in engines for row in (name, *(variants if name == EXACT else ()))]
 
 
 def _write(folder: Path, discs: Discs) -> None:
@@ -161,7 +161,7 @@ def _loop(folder: Path, row: str, ranks: int, values: Mapping[str, object], grai
         words = ["grains.data", *(str(given[name]) for name in ("kn", "zeta", "mu", "step", "warm", "steps"))]
         log = run_command([row, "-n", "-x", "-j1", str(templates() / "bench_yade.py"), *words], folder)
     else:
-        changed = {**EXACT_ROWS, **SWITCHES, **OTHERS}[row]
+        changed = {**OWN, **SWITCHES}[row]
         log = run_deck(folder, "bench.in", {**values, **changed, "data": "grains.data"}, ranks)
     return read_loop(log, grain_steps)
 

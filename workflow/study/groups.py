@@ -1,4 +1,4 @@
-"""A few discs, many times over: groups of 2 to 5 discs far apart in one cell, each with its reference trajectory.
+"""A few discs, many times over: groups of 2 to 6 discs far apart in one cell, each with its reference trajectory.
 
 Every group meets the steps of the integrator at its own phase, so that the root mean square over groups is a smooth
 function of the step.  Units: length a, mass of a disc of diameter a, force F0.
@@ -157,11 +157,11 @@ def cases(count: int, seed: int = 1) -> list[Case]:
     escape = np.sqrt(2.0 * (0.5 * TAIL["f0"] * TAIL["d0"] + 0.5 * TAIL["f0"] ** 2 / CONTACT["kn"]) / 0.5)
     near, wide = np.linspace(0.03, 0.3, 3 * count), np.linspace(0.2, 1.0, count)
     return [
-        Case("impacts, undamped", "2 to 5 discs, no friction: positions, velocities", {"zeta": 0.0, **CONTACT},
+        Case("impacts, undamped", "2 to 6 discs, no friction: positions, velocities", {"zeta": 0.0, **CONTACT},
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
-        Case("impacts, friction", "2 to 5 discs, undamped, friction", {**rough, "zeta": 0.0},
+        Case("impacts, friction", "2 to 6 discs, undamped, friction", {**rough, "zeta": 0.0},
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
-        Case("impacts, damped", "2 to 5 discs, damping and friction", rough,
+        Case("impacts, damped", "2 to 6 discs, damping and friction", rough,
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
         Case("impacts, cohesive", "the same with attraction", {**rough, **TAIL},
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
@@ -183,8 +183,8 @@ def pair(speed: float, distance: float) -> Group:
 
 
 def cluster(rng: np.random.Generator) -> Group:
-    """2 to 5 discs at small gaps, thrown at their common centre, spinning."""
-    count = int(rng.integers(2, 6))
+    """2 to 6 discs at small gaps, thrown at their common centre, spinning."""
+    count = int(rng.integers(2, 7))
     diameter = rng.uniform(0.5, 1.0, count)
     position = np.zeros((1, 2))
     while len(position) < count:

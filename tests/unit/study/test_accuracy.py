@@ -65,7 +65,7 @@ def test_pull_off_work_is_the_closed_form() -> None:
 def few(monkeypatch: pytest.MonkeyPatch) -> list[Few]:
     """One case of the study, two steps, every law that can do it."""
     monkeypatch.setattr("workflow.study.accuracy.cases", lambda count: cases(count)[1:2])
-    plan = Plan(groups=2, few=(28, 112), many=(), many_stock=(), seeds=1, grains=0, duration=0.0)
+    plan = Plan(groups=2, few=(28, 112), many=(), seeds=1, grains=0, duration=0.0)
     return few_bodies(plan, VARIANTS, io.StringIO())
 
 
@@ -82,7 +82,7 @@ def test_few_bodies_approach_the_reference(few: list[Few]) -> None:
 
 def test_packings_are_measured() -> None:
     """An exact and a stock packing of 30 grains after 2.5 T0 under P = 1: both are compressed well beyond the start at 0.36."""
-    plan = Plan(groups=0, few=(), many=(14,), many_stock=(14,), seeds=1, grains=30, duration=2.5)
+    plan = Plan(groups=0, few=(), many=(14,), seeds=1, grains=30, duration=2.5)
     chosen = [variant for variant in VARIANTS if variant.name in ("exact", "stock")]
     found = many_bodies(plan, chosen, io.StringIO())
     assert len(found) == 4
@@ -96,7 +96,7 @@ def test_packings_are_measured() -> None:
 def test_written_files(tmp_path: Path) -> None:
     """Tables, figures and a page that needs no other file."""
     table = rows(1e-2, 1.0)
-    many = [Many("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 0.02, 1.0)]
+    many = [Many("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 1e-4, 0.02, 1.0)]
     write(tmp_path, table, many, 1e-3, "wf accuracy")
     page = (tmp_path / "accuracy.html").read_text()
     assert page.count("data:image/png;base64,") == 3 and "http" not in page.split("<body>")[1]

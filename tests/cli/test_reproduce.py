@@ -137,10 +137,12 @@ def test_measures_of_an_earlier_stage_are_kept(tiny: Path, capsys: pytest.Captur
     (tiny / "papers" / "tiny.toml").write_text(text)
     assert main(["reproduce", "tiny", "--table", "1"]) == 0
     capsys.readouterr()
-    (kept, _) = sorted(Path("runs/tiny/measures").iterdir())
-    table = json.loads(kept.read_text())
-    end = json.loads(Path(f"runs/tiny/points/{kept.stem}/measures.json").read_text())
-    assert table["compress standard"]["step"] < end["step"]
+    runs = {kept: json.loads(kept.read_text()) for kept in Path("runs/tiny/measures").iterdir()}
+    ends = {kept: json.loads(Path(f"runs/tiny/points/{kept.stem}/measures.json").read_text())["step"] for kept in runs}
+    # a sample that is at rest when it is compressed has no later stage; the other goes on
+    kept = max(runs, key=lambda one: ends[one] - runs[one]["compress standard"]["step"])
+    table = runs[kept]
+    assert table["compress standard"]["step"] < ends[kept]
     table["compress standard"]["solid_fraction"] = 0.5
     kept.write_text(json.dumps(table))
     assert main(["reproduce", "tiny", "--table", "1", "--json"]) == 0

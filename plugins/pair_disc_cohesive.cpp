@@ -104,10 +104,11 @@ PairDisc::Interaction PairDiscCohesive::interaction(int c) const
     constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the slider stops on the cone to within rounding
     now.sliding = law.friction() && std::fabs(now.tangential) >= AT_LIMIT * law.mu * now.elastic;
     now.rolling = law.rolling() && std::fabs(now.moment) >= AT_LIMIT * law.mur * now.elastic;
-  } else if (law.cohesion() && now.gap < law.d0) {
-    now.state = DISTANT;
+  } else {
+    now.viscous = history->close.viscous[c];    // what a contact that opened in this step was still due
+    if (now.gap < law.range() || now.viscous != 0.0) now.state = DISTANT;
   }
-  if (now.state != APART) now.attraction = law.attraction(now.gap);
+  now.attraction = law.attraction(now.gap);
   return now;
 }
 

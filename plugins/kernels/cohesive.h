@@ -33,12 +33,12 @@ struct CohesiveLaw {
   double viscosity(double mi, double mj) const { return zeta * std::sqrt(4.0 * kn * mi * mj / (mi + mj)); }
 
   // attraction N_a <= 0: -F0 (1 - h/D0) in the tail (eq. 4), -F0 in contact (eq. 5)
-  double attraction(double h) const { return !cohesion() ? 0.0 : h < 0.0 ? -f0 : -f0 * (1.0 - h / d0); }
+  double attraction(double h) const { return h >= range() ? 0.0 : h < 0.0 ? -f0 : -f0 * (1.0 - h / d0); }
 
   // potential of the attraction, zero at h = D0: -F0 (D0 - h)^2/(2 D0) in the tail, -F0 D0/2 + F0 h in contact
   double adhesive_energy(double h) const
   {
-    if (!cohesion()) return 0.0;
+    if (h >= range()) return 0.0;
     return h < 0.0 ? f0 * (h - 0.5 * d0) : -0.5 * f0 * (d0 - h) * (d0 - h) / d0;
   }
 };

@@ -91,10 +91,10 @@ def _stages(arguments: argparse.Namespace, named: list[str] | None) -> int:
         print(json.dumps(found, indent=1))
         return 0
     width = max(map(len, found))
-    print(" ".join([f"{'stage':{width}s}", *(f"{name:>9s}" for name in COLUMNS)]))
+    print(" ".join([f"{'stage':{width}s}", *(f"{name:>10s}" for name in COLUMNS)]))
     for stage, measures in found.items():
         values = [found_at(measures, path) for path in COLUMNS.values()]
-        print(" ".join([f"{stage:{width}s}", *(f"{'-' if value is None else format(value, '.4g'):>9s}" for value in values)]))
+        print(" ".join([f"{stage:{width}s}", *(f"{'-' if value is None else format(value, '.4g'):>10s}" for value in values)]))
     return 0
 
 

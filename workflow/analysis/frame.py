@@ -32,8 +32,8 @@ def plain_rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Interactions of one frame, one row each: contacts (gap < 0) and distant pairs (0 <= gap <= D0, or a contact that opened in
-    the last step and is still due a viscous force).
+    """Interactions of one frame, one row each: contacts (gap < 0) and distant pairs (0 <= gap <= D0, or a contact that opened
+    in the last step and is still due a viscous force).
 
     ``i``, ``j``: 0-based rows of the grain arrays, each pair once.  ``branch`` (M, 2): vector from the centre of i to the
     centre of (the nearest image of) j.  ``gap``: h = |branch| - (d_i + d_j)/2.  ``elastic`` N_e = -K_N h >= 0,

@@ -221,9 +221,13 @@ def shells(frame: Frame, law: Constants) -> Floats:
 
 
 def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
-    """Mean I(k) over samples with standard errors, and the fit (weighted with them for FEW samples and more)."""
+    """Mean I(k) over samples with standard errors, and the fit (weighted with them where every shell has FEW samples; the
+    lowest shells are those of the largest cells alone)."""
     mean = average(samples)
-    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, fit_window(mean, law), weighted=len(samples) >= FEW))}
+    window = fit_window(mean, law)
+    number = np.sum([sample.vectors > 0 for sample in samples], axis=0)[(mean.k >= window[0]) & (mean.k <= window[1])]
+    weighted = len(number) > 0 and number.min() >= FEW
+    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, window, weighted=weighted))}
 
 
 def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:

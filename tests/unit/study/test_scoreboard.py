@@ -158,6 +158,24 @@ def test_fit_is_made_to_the_mean_over_samples() -> None:
     assert (jackknife("density.fit.dimension", samples, LAW) or 0.0) > 0.01
 
 
+def test_fit_to_samples_of_two_sizes() -> None:
+    """One of six cells is larger and alone on the two lowest shells, which have no scatter: the fit does without."""
+    from workflow.analysis.fractal import fractal_intensity
+    from workflow.analysis.groups import density_of, plain
+
+    edges = np.geomspace(0.05, 4.0, 25)
+    k = np.sqrt(edges[1:] * edges[:-1])
+    exact = fractal_intensity(k, 0.4, 1.6, 5.0, 0.5, 0.05)
+    samples = []
+    for number, first in enumerate([0, 2, 2, 2, 2, 2]):
+        intensity = exact * (1.0 + 1e-4 * np.cos(number + np.arange(24)))
+        one = Scattering(
+            edges[first:], k[first:], intensity[first:], np.full(24 - first, np.nan), np.full(24 - first, 100.0), 0.4
+        )
+        samples.append({"density": plain(density_of([one], LAW))})
+    assert of_samples("density.fit.dimension", samples, LAW) == pytest.approx(1.6, abs=1e-2)
+
+
 LAW = Constants(springs=Springs(1e5, 1e5, 0.0, -1e3), cohesive=True, window=(0.05, 4.0))
 
 

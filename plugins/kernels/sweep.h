@@ -106,7 +106,7 @@ struct Block {
   alignas(64) double fx[BLOCK], fy[BLOCK];    // force of i on j
   alignas(64) double tangential[BLOCK], moment[BLOCK];
   alignas(64) double receding[BLOCK],
-      crossed[BLOCK];    // normal velocity; 1 for a pair with a jump within or next to the step
+      crossed[BLOCK];    // normal velocity; 1 for a pair whose gap changed its sign in the step
   alignas(64) double lost_viscous[BLOCK], lost_sliding[BLOCK], lost_rolling[BLOCK];
 };
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import textwrap
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any
 
@@ -30,23 +31,29 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     parser.usage = f"{parser.prog} SCENE [--out DIR] [options]"
     parser.add_argument("scene", metavar="SCENE", help=f"{', '.join(sorted(SCENES))}, or a TOML file")
     group = parser.add_argument_group("scene parameters (defaults are those of the paper)")
-    known: set[str] = set()
+    of: dict[str, dict[str, Field[Any]]] = {}
     for scene in SCENES.values():
         for item in fields(scene):
-            if item.name not in known:
-                known.add(item.name)
-                _add(group, item.name, quantity_of(item), item.default)
+            of.setdefault(item.name, {})[scene.name] = item
+    for name, items in of.items():
+        _add(group, name, quantity_of(next(iter(items.values()))), {scene: item.default for scene, item in items.items()})
 
 
-def _add(group: Any, name: str, known: Quantity, default: Any) -> None:
+def _add(group: Any, name: str, known: Quantity, defaults: Mapping[str, Any]) -> None:
+    """The option of a parameter, with the default of each scene where they differ."""
     flag = "--" + name.replace("_", "-")
     notes = [known.meaning]
     if known.choices:
         notes.append(f"({known.allowed})")
     if known.unit:
         notes.append(f"[{known.unit}]")
-    if default is not None:
-        notes.append(f"(default {default})" if known.kind is not bool else f"(default {'yes' if default else 'no'})")
+    of: dict[str, list[str]] = {}
+    for scene, value in defaults.items():
+        of.setdefault("chosen" if value is None else _word(known, value), []).append(scene)
+    if len(of) > 1:
+        notes.append("(default " + ", ".join(f"{word} in {' and '.join(scenes)}" for word, scenes in of.items()) + ")")
+    elif "chosen" not in of:
+        notes.append(f"(default {next(iter(of))})")
     text = " ".join(notes).replace("%", "%%")
     if known.kind is bool:
         group.add_argument(flag, action=argparse.BooleanOptionalAction, default=argparse.SUPPRESS, help=text)
@@ -56,6 +63,10 @@ def _add(group: Any, name: str, known: Quantity, default: Any) -> None:
         flag, type=kind, default=argparse.SUPPRESS, help=text, metavar=known.symbol or name.upper(),
         choices=known.choices or None,
     )  # fmt: skip
+
+
+def _word(known: Quantity, value: Any) -> str:
+    return str(value) if known.kind is not bool else "yes" if value else "no"
 
 
 def whole_number(text: str) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -147,6 +148,54 @@ def test_measures_of_an_earlier_stage_are_kept(tiny: Path, capsys: pytest.Captur
     kept.write_text(json.dumps(table))
     assert main(["reproduce", "tiny", "--table", "1", "--json"]) == 0
     assert 0.5 in [row["ours"] for row in json.loads(capsys.readouterr().out)["numbers"]]
+
+
+def test_pooled_with_a_scoreboard_made_elsewhere(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """All samples here, some here and some there, all there: the numbers are the same."""
+    assert main(["reproduce", "tiny", "--jobs", "2"]) == 0
+    whole = json.loads(Path("runs/tiny/scoreboard.json").read_text())
+    Path("runs/tiny").rename("elsewhere")
+    capsys.readouterr()
+    pooling = ["reproduce", "tiny", "--no-run", "--pool", "elsewhere/scoreboard.json"]
+    for folder, own in (("none", 0), ("half", 1), ("all", 2)):
+        for name in whole["numbers"][0]["digests"].split()[:own]:
+            shutil.copytree(Path("elsewhere/points") / name, Path("runs") / folder / "points" / name)
+        assert main([*pooling, "--out", f"runs/{folder}"]) == 0
+        found = json.loads(Path(f"runs/{folder}/scoreboard.json").read_text())
+        assert found["counts"] == whole["counts"]
+        for one, line in zip(found["numbers"], whole["numbers"], strict=True):
+            for name in ("ours", "standard_error", "difference"):
+                assert one[name] == (None if line[name] is None else pytest.approx(line[name], rel=1e-12)), one
+            assert [one[name] for name in ("digests", "seeds", "values", "at_rest", "verdict")] == [
+                line[name] for name in ("digests", "seeds", "values", "at_rest", "verdict")
+            ]
+        here = {line["pooled"] for line in found["numbers"] if line["column"] == "rough"}
+        assert here == {2 - own}
+        figures = {one["number"]: one["file"] for one in found["figures"]}
+        assert figures["1a"] == "figures/fig1a.png" and not figures["5"]
+        taken = found["provenance"]["pooled with"]
+        assert ("1a" in taken) == (own == 0)
+        assert found["provenance"]["elsewhere/scoreboard.json: runs"].startswith("4 of 4 finished")
+    # of other scenes nothing is taken
+    assert main([*pooling, "--quick", "--out", "runs/quick"]) == 0
+    assert not any(line["samples"] for line in json.loads(Path("runs/quick/scoreboard.json").read_text())["numbers"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "cannot be read"),
+        ("{", "is no scoreboard.json"),
+        ("[]", "is no scoreboard.json"),
+        ('{"numbers": [{"table": "1"}], "figures": [], "provenance": {}}', "is no scoreboard.json"),
+    ],
+)
+def test_what_is_no_scoreboard(text: str | None, said: str, tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    if text is not None:
+        Path("board.json").write_text(text)
+    assert main(["reproduce", "tiny", "--no-run", "--pool", "board.json"]) == 2
+    assert f"--pool board.json {said}" in capsys.readouterr().err
+    assert not Path("runs").exists()
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from workflow.study.ensemble import Point, Study
 from workflow.study.evaluate import frame_index, law_of
 from workflow.study.jobs import Outcome
 from workflow.study.papers import Drawing, Paper, papers, points_of, read_paper
+from workflow.study.pool import Earlier, origin, read_earlier, take_figure
 from workflow.study.reproduce import provenance, rows, samples_of
 from workflow.study.scoreboard import Row, counts, sections, texts, write
 
@@ -35,6 +36,8 @@ wf reproduce gilabert2007 --dry-run                  what would be computed, wha
 wf reproduce gilabert2007 --adopt runs --no-run      the scoreboard of the finished runs found in runs
 wf reproduce gilabert2007 --scheduler slurm --time 12:00:00
                                                      as a job array; then --no-run for the scoreboard
+wf reproduce gilabert2007 --no-run --pool docs/results/gilabert2007/scoreboard.json
+                                                     with the samples of a scoreboard made elsewhere
 wf status runs/gilabert2007                          where it stands
 """
 
@@ -49,6 +52,8 @@ def declare(commands: Any) -> None:
     parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
     add_jobs(parser)
+    parser.add_argument("--pool", type=Path, action="append", default=[], metavar="SCOREBOARD.json",
+                        help="numbers and figures made elsewhere, beside those of the runs here (repeatable)")  # fmt: skip
     parser.add_argument("--no-run", action="store_true", help="compute nothing: the scoreboard of what is finished")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
 
@@ -60,6 +65,7 @@ def action(arguments: argparse.Namespace) -> int:
     if arguments.samples is not None and arguments.samples < 1:
         raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
     paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
+    earlier = [read_earlier(path) for path in arguments.pool]
     numbers, drawings = paper.chosen(_list(arguments.table, "--table"), _list(arguments.figure, "--figure"))
     folder = arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else ""))
     study = Study(folder, points_of(numbers, drawings))
@@ -76,12 +82,12 @@ def action(arguments: argparse.Namespace) -> int:
     outcome = Outcome() if arguments.no_run else carry_out(study, arguments, ranks=arguments.ranks)
     if outcome.interrupted:
         return ended(outcome)
-    found = rows(study, numbers, _say)
-    figures = [_draw(study, drawing, folder) for drawing in drawings]
+    found = rows(study, numbers, earlier, _say)
+    figures, taken = _figures(study, drawings, folder, earlier)
     _say("")
     words = shlex.join(["wf", *sys.argv[1:]])
     if found:
-        made = provenance(study, words)
+        made = provenance(study, words) | origin(earlier, found, taken)
         write(folder, paper, found, figures, made)
         _page(folder, paper, found, figures, made)
     if arguments.json:
@@ -141,10 +147,24 @@ def _say(text: str) -> None:
         sys.stderr.flush()
 
 
-def _draw(study: Study, drawing: Drawing, folder: Path) -> dict[str, str]:
+def _figures(
+    study: Study, drawings: Sequence[Drawing], folder: Path, earlier: Sequence[Earlier]
+) -> tuple[list[dict[str, str]], list[str]]:
+    """The figures, and the numbers of those taken from elsewhere: what cannot be drawn of all of its samples here."""
+    found, taken = [], []
+    for drawing in drawings:
+        row = {"number": drawing.number, "plot": drawing.plot, "file": "", "shows": drawing.shows, "trouble": ""}
+        if earlier and not all(samples_of(study, case) for case in drawing.cases):
+            row["file"] = take_figure(drawing.number, earlier, folder)
+        if row["file"]:
+            taken.append(drawing.number)
+        found.append(row if row["file"] else _draw(study, drawing, folder, row))
+    return found, taken
+
+
+def _draw(study: Study, drawing: Drawing, folder: Path, row: dict[str, str]) -> dict[str, str]:
     """The figure's file, or why there is none."""
     name = f"figures/fig{drawing.number}.png"
-    row = {"number": drawing.number, "plot": drawing.plot, "file": "", "shows": drawing.shows, "trouble": ""}
     points, names = [], []
     for case in drawing.cases:
         found = samples_of(study, case)[: drawing.most]

@@ -14,8 +14,9 @@ import workflow
 from workflow.analysis.groups import Constants
 from workflow.errors import WorkflowError
 from workflow.study.ensemble import DONE, Point, Study, same_deck
-from workflow.study.evaluate import Measures, group_of, jackknife, law_of, measured, of_samples
+from workflow.study.evaluate import Measures, found_at, group_of, jackknife, law_of, measured, of_samples
 from workflow.study.papers import Case, Printed
+from workflow.study.pool import Earlier, pool
 from workflow.study.scoreboard import Ours, Row, judge
 
 KEPT = "measures"  # folder of the study with measures of frames that the runs do not measure themselves
@@ -33,13 +34,19 @@ def _point(values: str) -> Point:
     return Point.of(json.loads(values))
 
 
-def rows(study: Study, numbers: Sequence[Printed], say: Callable[[str], None]) -> list[Row]:
-    """A line for every number: measured where samples are finished."""
+def rows(study: Study, numbers: Sequence[Printed], earlier: Sequence[Earlier], say: Callable[[str], None]) -> list[Row]:
+    """A line for every number: measured where samples are finished, with those of earlier scoreboards."""
     found = []
     for k, number in enumerate(numbers):
         say(f"measuring {k + 1} of {len(numbers)}")
-        found.append(judge(number, ours(study, number)))
+        wanted = _wanted(number.case) if earlier else {}
+        found.append(judge(number, pool(ours(study, number), number, wanted, earlier)))
     return found
+
+
+def _wanted(case: Case) -> dict[str, int]:
+    """Names and seeds of the samples of a case."""
+    return {_point(json.dumps(values)).name: values["seed"] for values in case.values()} if case.options else {}
 
 
 def ours(study: Study, number: Printed) -> Ours:
@@ -64,9 +71,11 @@ def ours(study: Study, number: Printed) -> Ours:
         path, _, name = number.measure.rpartition(".")
         error = of_samples(f"{path}.errors.{name}", samples, law) if path.endswith(".fit") else None
     rest = sum(bool(measured(study.directory(p), None, None, study.folder / KEPT)["equilibrated"]) for p in points)
+    each = [found_at(sample, number.measure) for sample in samples]  # a fit is had from all of them together
+    known = [repr(value) for value in each if value is not None]
     return Ours(
         value, error, len(points), wanted, rest, " ".join(str(point.values["seed"]) for point in points),
-        " ".join(point.name for point in points),
+        " ".join(point.name for point in points), " ".join(known) if len(known) == len(points) else "",
     )  # fmt: skip
 
 

@@ -25,8 +25,9 @@ BOUND = 3.0
 class Ours:
     """What the samples give: ``value``, its ``error`` (standard error, None if not known) and the ``scatter`` of one sample.
 
-    ``samples`` measured of ``wanted``; of them ``at_rest``: runs that ended in equilibrium.  ``trouble``: why there is no
-    value.
+    ``samples`` measured of ``wanted``; of them ``at_rest``: runs that ended in equilibrium, and ``pooled``: taken from
+    another scoreboard.  ``values``: those of the single samples, in the order of ``seeds`` and ``digests``; none of a
+    fit, which is made to all of them together.  ``trouble``: why there is no value.
     """
 
     value: float | None = None
@@ -36,6 +37,8 @@ class Ours:
     at_rest: int = 0
     seeds: str = ""
     digests: str = ""
+    values: str = ""
+    pooled: int = 0
     trouble: str = ""
 
     @property
@@ -57,6 +60,7 @@ class Row:
     samples: int
     wanted: int
     at_rest: int
+    pooled: int
     printed: float | None
     uncertainty: float | None
     low: float | None
@@ -67,6 +71,7 @@ class Row:
     measure: str
     seeds: str
     digests: str
+    values: str
 
 
 def judge(number: Printed, ours: Ours) -> Row:
@@ -88,8 +93,9 @@ def judge(number: Printed, ours: Ours) -> Row:
     else:
         verdict, reason = AGREES, ""
     return Row(
-        *number.case.where, number.quantity, ours.value, ours.error, ours.samples, ours.wanted, ours.at_rest, number.value,
-        number.error, number.low, number.high, difference, verdict, reason, number.measure or "", ours.seeds, ours.digests,
+        *number.case.where, number.quantity, ours.value, ours.error, ours.samples, ours.wanted, ours.at_rest, ours.pooled,
+        number.value, number.error, number.low, number.high, difference, verdict, reason, number.measure or "", ours.seeds,
+        ours.digests, ours.values,
     )  # fmt: skip
 
 
@@ -183,6 +189,7 @@ def sections(paper: Paper, rows: Sequence[Row]) -> list[tuple[str, list[dict[str
 def _cells(row: Row) -> dict[str, str]:
     error = "" if row.standard_error is None else f" ± {row.standard_error:.2g}"
     number = f"{row.samples}/{row.wanted}" + (f", {row.samples - row.at_rest} not at rest" if row.at_rest < row.samples else "")
+    number += f", {row.pooled} pooled" if row.pooled else ""
     return {
         "row": row.row,
         "column": row.column,

@@ -30,13 +30,14 @@ RESERVE = 65_536  # bytes of it
 PATIENCE = 60.0  # seconds a child may take to write its checkpoint after it was asked to stop
 
 
-def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: TextIO = sys.stderr) -> str:
+def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: TextIO | None = None) -> str:
     """Run (or continue) the deck of ``directory`` on ``ranks`` MPI ranks; returns its status.
 
-    A KeyboardInterrupt asks the engine to stop: it writes a checkpoint and the last frame, and the status is
-    INTERRUPTED.  Raises EngineError with the engine's own words if it fails; what it wrote stays.
+    Progress goes to ``out``, by default standard error.  A KeyboardInterrupt asks the engine to stop: it writes a
+    checkpoint and the last frame, and the status is INTERRUPTED.  Raises EngineError with the engine's own words if it
+    fails; what it wrote stays.
     """
-    environment = engine()
+    environment, out = engine(), out or sys.stderr
     with directory.lock() as lock:
         variables = _start(directory, resume, out)
         before = float(directory.state.get("seconds") or 0.0)  # of the parts before this one

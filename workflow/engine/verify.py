@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -63,7 +62,7 @@ class Verdict:
         return asdict(self)
 
 
-def verify(directory: RunDirectory, *, last: bool = False, ranks: int | None = None, out: TextIO = sys.stderr) -> Verdict:
+def verify(directory: RunDirectory, *, last: bool = False, ranks: int | None = None, out: TextIO | None = None) -> Verdict:
     """Repeat a finished run, or with ``last`` what followed its last checkpoint, in a temporary directory and compare.
 
     Raises InputError if the run is not finished, its inputs changed, or ``last`` finds no checkpoint.

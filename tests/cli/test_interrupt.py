@@ -39,11 +39,12 @@ def continued(directory: Path) -> bool:
     return "Reading restart file" in (directory / "log.lammps").read_text()
 
 
-def test_interrupt_then_resume(running: Start, wf: Wf) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+def test_interrupt_then_resume(number: signal.Signals, running: Start, wf: Wf) -> None:
     run = running(*SLOW)
     run.wait_for_rows(10)  # two time units: behind the first checkpoint
     begun = time.monotonic()
-    run.process.send_signal(signal.SIGINT)
+    run.process.send_signal(number)
     _, text = run.process.communicate(timeout=30)
     assert time.monotonic() - begun < 10.0  # the engine stops at the next check, the archive follows
     assert run.process.returncode == 130

@@ -95,12 +95,21 @@ def test_study_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     assert [path.is_symlink() for path in Path("elsewhere/points").iterdir()] == [True] * 3
 
 
-def test_interrupt_and_kill_then_go_on(tmp_path: Path, start: Start, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["in the foreground", "in the background"])
+def test_interrupt_and_kill_then_go_on(
+    number: signal.Signals, tmp_path: Path, start: Start, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "study.toml").write_text(LONG)
-    first = start("sweep", "study.toml", "--out", "study")
+    before = signal.getsignal(signal.SIGINT)
+    if number == signal.SIGTERM:  # a shell starts its jobs in the background so, and theirs inherit it
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        first = start("sweep", "study.toml", "--out", "study")
+    finally:
+        signal.signal(signal.SIGINT, before)
     run = wait_for_rows(tmp_path / "study")
     assert standing(tmp_path / "study", capsys)["counts"]["running"] == 1
-    first.send_signal(signal.SIGINT)
+    first.send_signal(number)
     _, text = first.communicate(timeout=60)
     assert first.returncode == 130
     assert "Traceback" not in text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import errno
 import os
+import signal
 import sys
 from importlib import import_module
 
@@ -33,7 +34,9 @@ def parser(chosen: str | None = None) -> argparse.ArgumentParser:
 
 def main(words: list[str] | None = None) -> int:
     """Run one command; errors meant for the user become one message on stderr."""
-    words = sys.argv[1:] if words is None else words
+    if words is None:  # as a program: SIGTERM is the Control-C of schedulers, and of jobs in the background, deaf to SIGINT
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        words = sys.argv[1:]
     try:
         load_scenes()
         arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)

@@ -184,7 +184,7 @@ class Crew:
         """Ask the jobs to write their checkpoints and wait for them; a second interrupt ends them."""
         self.say(f"stopping {len(self.running)} runs at their next checkpoint")
         for job in self.running:
-            _signal(job, signal.SIGINT)
+            _signal(job)
         try:
             while self.running:
                 self.look()
@@ -194,17 +194,18 @@ class Crew:
     def end(self) -> None:
         """Leave no job behind."""
         for job in self.running:
-            _signal(job, signal.SIGTERM)
+            _signal(job)
             job.process.wait()
             job.words.close()
         if self.line:
             self.out.write("\n")
 
 
-def _signal(job: Job, number: signal.Signals) -> None:
-    """To the job alone: its engine follows it."""
+def _signal(job: Job) -> None:
+    """Ask a job to stop, the second time at once.  To it alone: its engine follows it.  Not SIGINT, which a job of a study
+    in the background ignores."""
     with suppress(ProcessLookupError):
-        os.kill(job.process.pid, number)
+        os.kill(job.process.pid, signal.SIGTERM)
 
 
 def duration(seconds: float) -> str:

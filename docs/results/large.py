@@ -2,8 +2,8 @@
 
     python docs/results/large.py RUN ...        writes large.csv beside this file
 
-RUN: directories of runs of method 2; of each the last frame, also of a run that was interrupted.  The fits are those of blobs.py:
-of I(k) from the smallest k to `top`, weighted with the noise of a shell or relative to I, and of C(r) itself.
+RUN: directories of runs of method 2; of each the last frame, also of a run that was interrupted.  The fits are those of
+blobs.py: of I(k) from the smallest k to `top`, weighted with the noise of a shell or relative to I, and of C(r) itself.
 """
 
 import csv
@@ -20,8 +20,10 @@ from workflow.archive.read import Archive
 from workflow.engine.collect import constants_of
 from workflow.engine.rundir import RunDirectory
 
-NAMES = ("digest", "version", "grains", "series", "rolling", "seed", "status", "stage", "time", "aggregates", "largest", "solid_fraction",
-         "z", "fit", "top", "d_F", "d_F_error", "xi", "xi_error", "2_pi_xi")  # fmt: skip
+NAMES = (
+    "digest", "version", "grains", "series", "rolling", "seed", "status", "stage", "time", "aggregates", "largest",
+    "solid_fraction", "z", "fit", "top", "d_F", "d_F_error", "xi", "xi_error", "2_pi_xi",
+)  # fmt: skip
 
 
 def main(runs):
@@ -35,9 +37,10 @@ def main(runs):
                 frame = archive.frame(-1)
                 last = {name: archive.series[name][-1] for name in ("time", "aggregates", "largest_aggregate")}
             kind = {
-                "digest": state["digest"][:16], "version": state["versions"]["workflow"], "grains": scene.n, "series": scene.series,
-                "rolling": scene.rolling, "seed": scene.seed, "status": state["status"], "stage": frame.stage, "time": last["time"],
-                "aggregates": int(last["aggregates"]), "largest": int(last["largest_aggregate"]),
+                "digest": state["digest"][:16], "version": state["versions"]["workflow"], "grains": scene.n,
+                "series": scene.series, "rolling": scene.rolling, "seed": scene.seed, "status": state["status"],
+                "stage": frame.stage, "time": last["time"], "aggregates": int(last["aggregates"]),
+                "largest": int(last["largest_aggregate"]),
                 "solid_fraction": solid_fraction(frame), "z": coordination(frame, threshold=0.0).z,
             }  # fmt: skip
             law = constants_of(scene, scene.law_of(frame.stage))

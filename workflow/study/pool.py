@@ -17,7 +17,7 @@ from workflow.archive.drafts import replacing
 from workflow.errors import InputError
 from workflow.study.evaluate import TOGETHER, jackknife, of_samples
 from workflow.study.papers import Printed
-from workflow.study.scoreboard import Ours, Row
+from workflow.study.scoreboard import NO_SAMPLE, Ours, Row
 
 POOLED = "pooled with"
 
@@ -67,7 +67,10 @@ def pool(ours: Ours, number: Printed, wanted: Mapping[str, int], earlier: Sequen
     """Ours with the samples of earlier scoreboards on top, of those ``wanted``: their digests, with seeds, in their order."""
     for scoreboard in earlier:
         line = scoreboard.lines.get((*number.case.where, number.quantity, number.measure or ""))
-        if line is None or line.ours is None or not set(line.digests.split()) <= wanted.keys():
+        if line is None or not set(line.digests.split()) <= wanted.keys():
+            continue
+        if line.ours is None:  # its samples may be there and not give the number
+            ours = replace(ours, trouble=line.reason) if ours.trouble == NO_SAMPLE and line.wanted == ours.wanted else ours
             continue
         own, theirs = _single(ours.digests, ours.values), _single(line.digests, line.values)
         missing = theirs.keys() - own.keys()

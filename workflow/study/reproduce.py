@@ -17,7 +17,7 @@ from workflow.study.ensemble import DONE, Point, Study, same_deck
 from workflow.study.evaluate import Measures, found_at, group_of, jackknife, law_of, measured, of_samples
 from workflow.study.papers import Case, Printed
 from workflow.study.pool import Earlier, pool
-from workflow.study.scoreboard import Ours, Row, judge
+from workflow.study.scoreboard import NO_SAMPLE, Ours, Row, judge
 
 KEPT = "measures"  # folder of the study with measures of frames that the runs do not measure themselves
 
@@ -58,7 +58,7 @@ def ours(study: Study, number: Printed) -> Ours:
         return Ours(trouble="left out of the quick version")
     points = samples_of(study, number.case)
     if not points:
-        return Ours(wanted=wanted, trouble="no sample is finished")
+        return Ours(wanted=wanted, trouble=NO_SAMPLE)
     try:
         samples, law = _measures(study, points, number)
         value = of_samples(number.measure, samples, law)

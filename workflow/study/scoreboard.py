@@ -15,6 +15,7 @@ from workflow.study.papers import Paper, Printed
 from workflow.study.table import write_csv
 
 AGREES, DIFFERS, MISPRINT, UNJUDGED, NOT_RUN = "agrees", "differs", "misprint suspected", "not judged", "not run"
+NO_SAMPLE = "no sample is finished"
 VERDICTS = (AGREES, DIFFERS, MISPRINT, UNJUDGED, NOT_RUN)
 # Standard errors up to which two numbers agree.  With four samples of ours their own scatter is known so badly that a
 # larger difference comes by chance once in twenty times (Student's t with three degrees of freedom).

@@ -13,7 +13,7 @@ import pytest
 from workflow.errors import InputError
 from workflow.study.papers import Case, Printed
 from workflow.study.pool import Earlier, pool, read_earlier
-from workflow.study.scoreboard import Ours, judge
+from workflow.study.scoreboard import NO_SAMPLE, Ours, judge
 
 CASE = Case(("4", "row", "column"), {"scene": "method2"}, ((60, 4),), {}, "n", None)
 Z = Printed(CASE, "z", "coordination", 3.0, 0.1)
@@ -83,6 +83,16 @@ def test_samples_of_other_scenes_are_left(tmp_path: Path) -> None:
     assert pool(nothing, Z, WANTED, [there]) is nothing
     other = Printed(Case(("5", "row", "column"), {}, (), {}, "n", None), "z", "coordination", 3.0)
     assert pool(nothing, other, WANTED, [there]) is nothing
+
+
+def test_samples_that_do_not_give_the_number(tmp_path: Path) -> None:
+    """They are elsewhere and finished: that is the reason, not that none is finished here."""
+    there = written(tmp_path, (FIT, Ours(wanted=4, trouble="the samples do not give it")))
+    assert pool(Ours(wanted=4, trouble=NO_SAMPLE), FIT, WANTED, [there]).trouble == "the samples do not give it"
+    smaller = Ours(wanted=1, trouble=NO_SAMPLE)
+    assert pool(smaller, FIT, WANTED, [there]) is smaller
+    known = Ours(1.6, 0.1, 1, 4, 1, "1", "a")
+    assert pool(known, FIT, WANTED, [there]) is known
 
 
 def test_lines_that_contradict_themselves(tmp_path: Path) -> None:

@@ -150,6 +150,27 @@ def test_measures_of_an_earlier_stage_are_kept(tiny: Path, capsys: pytest.Captur
     assert 0.5 in [row["ours"] for row in json.loads(capsys.readouterr().out)["numbers"]]
 
 
+@pytest.mark.parametrize(("stage", "options", "known"), [
+    ("free", "pstar = 0", True),
+    ("stiffen", "soft_kappa = 100, pstar = 0", False),  # still soft
+    ("settle", "pstar = 0.01", False),  # without its load
+])  # fmt: skip
+def test_sample_whose_time_was_over_before_the_stage(
+    stage: str, options: str, known: bool, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two aggregates that never meet: the sample is measured as it is, and is not at rest."""
+    text = TINY.replace(
+        'scene = "method1", cohesion = false, kappa = 1e3, hold = 1', f'scene = "method2", max_time = 1, {options}'
+    )
+    (tiny / "papers" / "tiny.toml").write_text(text.replace("samples = [[60, 2]]", f'samples = [[60, 1]], stage = "{stage}"'))
+    assert main(["reproduce", "tiny", "--table", "1", "--json"]) == 0
+    lines = json.loads(capsys.readouterr().out)["numbers"]
+    for line in lines:
+        assert (line["ours"] is not None) == known
+        assert (line["samples"], line["at_rest"]) == ((1, 0) if known else (0, 0))
+        assert known or f"no frame of stage {stage}" in line["reason"]
+
+
 def test_pooled_with_a_scoreboard_made_elsewhere(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """All samples here, some here and some there, all there: the numbers are the same."""
     assert main(["reproduce", "tiny", "--jobs", "2"]) == 0

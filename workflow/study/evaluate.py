@@ -25,12 +25,23 @@ Measures = Mapping[str, Any]
 
 
 def frame_index(directory: RunDirectory, stage: str | None) -> int:
-    """Number of the last frame of a stage, -1 for the end of the run.  Raises InputError if the run has no such frame."""
+    """Number of the last frame of a stage, -1 for the end of the run.
+
+    A run whose longest time was over before the stage is taken at its end if its grains had the law and the load of
+    the stage by then; it is among those that are not at rest.  Raises InputError if the run has no such frame.
+    """
     if stage is None:
         return -1
     with Archive(directory / ARCHIVE) as archive:
         if stage in archive.ends:
             return archive.ends[stage]
+        last = archive.stages[-1]
+    scene = directory.scene
+    order = ["start", *scene.stages.values()]
+    if order.index(last) < order.index(stage) and not isinstance(scene, Heap):
+        alike = scene.law_of(last) == scene.law_of(stage)
+        if alike and (scene.pressure_of(last) or 0.0) == (scene.pressure_of(stage) or 0.0):
+            return -1
     raise InputError(f"'{directory.path}' has no frame of stage {stage}")
 
 

@@ -63,6 +63,26 @@ def test_interrupt_then_resume(number: signal.Signals, running: Start, wf: Wf) -
     assert continued(run.directory)
 
 
+@pytest.mark.parametrize("ranks", ["1", "2"])
+@pytest.mark.parametrize("whom", ["wf and engine", "wf twice"])
+def test_engine_that_is_ended_at_once_is_interrupted(whom: str, ranks: str, running: Start, wf: Wf) -> None:
+    """A scheduler or the system's shutdown tells every process to end, a second Control-C the engine: no failure of the run."""
+    run = running(*SLOW, "--ranks", ranks)
+    run.wait_for_rows(10)  # two time units: behind the first checkpoint
+    for pid in (*run.engine(), run.process.pid) if whom == "wf and engine" else (run.process.pid,) * 2:
+        os.kill(pid, signal.SIGTERM)
+        time.sleep(0.005)  # two at the same moment are one
+    _, text = run.process.communicate(timeout=30)
+    assert run.process.returncode == 130, text
+    assert "wf resume slow" in text
+    assert "Traceback" not in text
+    assert record(run.directory)["status"] == "interrupted"
+    done = wf("resume", "slow")
+    assert done.returncode == 0, done.stderr
+    is_whole(run.directory)
+    assert continued(run.directory)
+
+
 def test_kill_of_everything_then_resume(running: Start, wf: Wf) -> None:
     """Power cut: `wf` and engine vanish at once, in the middle of a write for all they know."""
     run = running(*SLOW)

@@ -34,8 +34,9 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     """Run (or continue) the deck of ``directory`` on ``ranks`` MPI ranks; returns its status.
 
     Progress goes to ``out``, by default standard error.  A KeyboardInterrupt asks the engine to stop: it writes a
-    checkpoint and the last frame, and the status is INTERRUPTED.  Raises EngineError with the engine's own words if it
-    fails; what it wrote stays.
+    checkpoint and the last frame, and the status is INTERRUPTED; a second one, or a signal that reaches the engine
+    itself, ends it at once, with the newest checkpoint to go on from.  Raises EngineError with the engine's own words
+    if it fails; what it wrote stays.
     """
     environment, out = engine(), out or sys.stderr
     with directory.lock() as lock:
@@ -61,7 +62,12 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
         progress.end()
         seconds = before + time.monotonic() - begun
         result = directory.result()
-        if full or child.returncode != 0 or not result:
+        broken = full or child.returncode != 0 or not result
+        if broken and interrupted and not full and "ERROR" not in words:
+            # the signal reached the engine too, or a second one ended it: what is left is the newest checkpoint
+            directory.record(status=INTERRUPTED, finished=timestamp(), seconds=seconds, reason="it was ended at once")
+            return INTERRUPTED
+        if broken:
             reason = full or _full(directory, seals) or _reason(child.returncode, words)
             directory.record(status=FAILED, finished=timestamp(), seconds=seconds, reason=reason)
             raise EngineError(f"the engine stopped in '{directory.path}': {reason}")

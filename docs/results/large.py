@@ -1,6 +1,6 @@
 """Fractal dimension and blob size (eqs. 27, 28 of G07) of single large samples, fitted in several ways.
 
-    python docs/results/large.py RUN ...        writes large.csv beside this file
+    python docs/results/large.py RUN ...        writes large.csv beside this file; rows of other runs in it stay
 
 RUN: directories of runs of method 2; of each the last frame, also of a run that was interrupted.  The fits are those of
 blobs.py: of I(k) from the smallest k to `top`, weighted with the noise of a shell or relative to I, and of C(r) itself.
@@ -27,11 +27,16 @@ NAMES = (
 
 
 def main(runs):
-    with open(Path(__file__).with_suffix(".csv"), "w", newline="") as file:
+    table = Path(__file__).with_suffix(".csv")
+    directories = [RunDirectory.open(run) for run in runs]
+    here = {directory.state["digest"][:16] for directory in directories}
+    with open(table, newline="") as file:
+        others = [row for row in csv.DictReader(file) if row["digest"] not in here]
+    with open(table, "w", newline="") as file:
         writer = csv.DictWriter(file, NAMES, restval="")
         writer.writeheader()
-        for run in runs:
-            directory = RunDirectory.open(run)
+        writer.writerows(others)
+        for run, directory in zip(runs, directories, strict=True):
             scene, state = directory.scene, directory.state
             with Archive(run / "run.h5") as archive:
                 frame = archive.frame(-1)

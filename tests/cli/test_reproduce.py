@@ -196,7 +196,14 @@ def test_pooled_with_a_scoreboard_made_elsewhere(tiny: Path, capsys: pytest.Capt
         assert figures["1a"] == "figures/fig1a.png" and not figures["5"]
         taken = found["provenance"]["pooled with"]
         assert ("1a" in taken) == (own == 0)
-        assert found["provenance"]["elsewhere/scoreboard.json: runs"].startswith("4 of 4 finished")
+        assert found["provenance"]["scoreboard 1: file"] == "elsewhere/scoreboard.json"
+        assert found["provenance"]["scoreboard 1: runs"].startswith("4 of 4 finished")
+        assert ("made with" in found["provenance"]) == (own > 0)
+    # pooled once more, with both: each is named once
+    assert main([*pooling, "--pool", "runs/none/scoreboard.json", "--out", "runs/again"]) == 0
+    again = json.loads(Path("runs/again/scoreboard.json").read_text())["provenance"]
+    assert [again[f"scoreboard {k}: file"] for k in (1, 2)] == ["elsewhere/scoreboard.json", "runs/none/scoreboard.json"]
+    assert not any(name.startswith("scoreboard 3") for name in again)
     # of other scenes nothing is taken
     assert main([*pooling, "--quick", "--out", "runs/quick"]) == 0
     assert not any(line["samples"] for line in json.loads(Path("runs/quick/scoreboard.json").read_text())["numbers"])

@@ -17,6 +17,7 @@ from workflow.analysis.contacts import solid_fraction
 from workflow.analysis.frame import Floats, Frame
 from workflow.errors import InputError
 from workflow.report.figures import BLUE, GREEN, INK, ORANGE, RED, STYLE, PathLike, save
+from workflow.scene.method2 import Method2
 
 DISC, EDGE = "#5B6B7A", "#FFFFFF"
 WIDTH = 7.0  # inches of all images together
@@ -61,8 +62,8 @@ def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mappi
 
 
 def agitation(found: Mapping[float, Sequence[float]], path: PathLike | Sequence[PathLike]) -> None:
-    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; an arrow at 9.48, the speed of
-    the paper's series (G07 fig. 8).  Raises InputError without a sample that moved."""
+    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; an arrow at the speed of
+    the paper's series, 9.48 (G07 fig. 8).  Raises InputError without a sample that moved."""
     speeds = sorted(speed for speed in found if speed > 0)
     if not speeds:
         raise InputError("agitation: no run with V0 > 0 was given; choose one or more")
@@ -73,7 +74,7 @@ def agitation(found: Mapping[float, Sequence[float]], path: PathLike | Sequence[
         axes = figure.subplots()
         mean = [z.mean() for z in samples]
         axes.errorbar(speeds, mean, error, fmt="o-", color=INK, markersize=4, linewidth=0.8, ecolor=BLUE)
-        usual = 9.48
+        usual = Method2.v0
         if usual in found:
             axes.annotate("", (usual, np.mean(found[usual]) - 0.02), (0, -22), textcoords="offset points",
                           arrowprops={"arrowstyle": "-|>", "color": RED})  # fmt: skip

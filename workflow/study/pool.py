@@ -121,8 +121,14 @@ def origin(earlier: Sequence[Earlier], rows: Sequence[Row], figures: Sequence[st
     lines = sum(row.pooled > 0 for row in rows)
     drawn = f" and figures {', '.join(figures)}" if figures else ""
     found = {POOLED: f"the scoreboards named below; samples of theirs are in {lines} of the numbers{drawn}"} if earlier else {}
+    made: list[dict[str, str]] = []
     for scoreboard in earlier:
+        sources: dict[str, dict[str, str]] = {"": {"file": str(scoreboard.path)}}  # "": itself; others it was pooled with
         for name, value in scoreboard.provenance.items():
+            source, _, what = name.rpartition(": ")
             if name != POOLED:
-                found[f"{scoreboard.path}: {name}"] = value
+                sources.setdefault(source, {})[what] = value
+        made.extend(entries for entries in sources.values() if entries not in made)
+    for number, entries in enumerate(made, start=1):
+        found |= {f"scoreboard {number}: {what}": value for what, value in entries.items()}
     return found

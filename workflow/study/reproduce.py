@@ -105,7 +105,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     versions = {name: sorted({str(state["versions"].get(name)) for state in done}) for name in names}
     dates = sorted({str(state.get("finished", ""))[:10] for state in done})
     hours = sum(float(state.get("seconds") or 0.0) for state in done) / 3600.0
-    return {
+    lines = {
         "command": command,
         "measured with": this_version(),
         "runs": f"{len(done)} of {len(study.points)} finished, {hours:.2f} core hours"
@@ -114,3 +114,4 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "made with": ", ".join(f"{name} {' and '.join(found)}" for name, found in versions.items() if found),
         "seeds and digests": "of every number in scoreboard.csv",
     }  # fmt: skip
+    return {name: line for name, line in lines.items() if line}

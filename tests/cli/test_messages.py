@@ -66,6 +66,7 @@ MISUSE: dict[str, tuple[list[str], list[str]]] = {
     "resume no run": (["resume", "empty"], ["'empty'", "no run directory"]),
     "status of no run": (["status", "empty"], ["'empty'", "no run directory"]),
     "status of nothing": (["status"], ["no run directories"]),
+    "status of a file": (["status", "note.txt"], ["'note.txt' is a file"]),
 }
 
 # content of a scene file -> words of the message

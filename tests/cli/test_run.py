@@ -179,6 +179,7 @@ def test_one_damaged_run_does_not_hide_the_others(packing: Path, tmp_path: Path,
     done = wf("status")
     assert done.stdout.count("finished") == 2
     assert "b" in done.stdout + done.stderr
+    assert wf("status", "runs").stdout == done.stdout
 
 
 def test_plot_draws_png_and_svg(packing: Path, wf: Wf, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from workflow.study.ensemble import POINTS, Study, alive, remaining
 EXAMPLES = """
 wf status                    every run below runs/
 wf status runs/method1-*     some of them
+wf status /scratch/me        every run and study directly below it
 wf status runs/study         a study of 'wf sweep' or 'wf reproduce': counts, what runs, what failed and why, core hours
 wf status packing --json     for programs
 """
@@ -31,14 +32,13 @@ def declare(commands: Any) -> None:
     """Options of `wf status`."""
     parser = command(commands, "status", "show where runs and studies stand", EXAMPLES, action=action)
     parser.add_argument("directories", type=Path, nargs="*", metavar="DIR",
-                        help="run directories or studies (default: all of runs/)")  # fmt: skip
+                        help="run directories, studies, or folders that hold such (default: runs)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def action(arguments: argparse.Namespace) -> int:
     """Print one line per run, a block per study."""
-    every = sorted(path.parent for name in ("run.json", POINTS) for path in Path("runs").glob(f"*/{name}"))
-    paths = arguments.directories or every
+    paths = [path for given in arguments.directories for path in _at(given) or [given]] or _at(Path("runs"))
     if not paths:
         raise InputError("no run directories below 'runs'; give some, or start one with 'wf run'")
     rows = [_study(path) if (path / POINTS).is_file() else _row(path) for path in paths]
@@ -52,6 +52,14 @@ def action(arguments: argparse.Namespace) -> int:
             else:
                 print(f"{row['directory']:{width}s}  {row['status']:11s}  {row['progress'] or ''}{row['reason'] or ''}")
     return 0
+
+
+def _at(path: Path) -> list[Path]:
+    """The run or study at the path, or those directly below it."""
+    names = ("run.json", POINTS)
+    if any((path / name).is_file() for name in names):
+        return [path]
+    return sorted(found.parent for name in names for found in path.glob(f"*/{name}"))
 
 
 def _row(path: Path) -> dict[str, Any]:

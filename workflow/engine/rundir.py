@@ -64,6 +64,7 @@ class RunDirectory:
         """An existing run directory; InputError if ``path`` is none."""
         if not (path / "run.json").is_file():
             what = "is no run directory (it has no run.json)" if path.is_dir() else "does not exist"
+            what = "is a file" if path.is_file() else what
             raise InputError(f"'{path}' {what}; give the directory that 'wf run' or 'wf deck' wrote")
         return cls(path)
 

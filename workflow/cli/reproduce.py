@@ -150,11 +150,12 @@ def _say(text: str) -> None:
 def _figures(
     study: Study, drawings: Sequence[Drawing], folder: Path, earlier: Sequence[Earlier]
 ) -> tuple[list[dict[str, str]], list[str]]:
-    """The figures, and the numbers of those taken from elsewhere: what cannot be drawn of all of its samples here."""
+    """The figures, and the numbers of those taken from elsewhere: of which not all samples are here."""
     found, taken = [], []
     for drawing in drawings:
         row = {"number": drawing.number, "plot": drawing.plot, "file": "", "shows": drawing.shows, "trouble": ""}
-        if earlier and not all(samples_of(study, case) for case in drawing.cases):
+        whole = (len(samples_of(study, case)) >= len([*case.values()][: drawing.most]) for case in drawing.cases)
+        if earlier and not all(whole):
             row["file"] = take_figure(drawing.number, earlier, folder)
         if row["file"]:
             taken.append(drawing.number)

@@ -28,32 +28,34 @@ NAMES = (
 
 def main(runs):
     table = Path(__file__).with_suffix(".csv")
-    directories = [RunDirectory.open(run) for run in runs]
-    here = {directory.state["digest"][:16] for directory in directories}
+    found = [row for run in runs for row in measured(run)]
+    here = {row["digest"] for row in found}
     with open(table, newline="") as file:
         others = [row for row in csv.DictReader(file) if row["digest"] not in here]
     with open(table, "w", newline="") as file:
         writer = csv.DictWriter(file, NAMES, restval="")
         writer.writeheader()
-        writer.writerows(others)
-        for run, directory in zip(runs, directories, strict=True):
-            scene, state = directory.scene, directory.state
-            with Archive(run / "run.h5") as archive:
-                frame = archive.frame(-1)
-                last = {name: archive.series[name][-1] for name in ("time", "aggregates", "largest_aggregate")}
-            kind = {
-                "digest": state["digest"][:16], "version": state["versions"]["workflow"], "grains": scene.n,
-                "series": scene.series, "rolling": scene.rolling, "seed": scene.seed, "status": state["status"],
-                "stage": frame.stage, "time": last["time"], "aggregates": int(last["aggregates"]),
-                "largest": int(last["largest_aggregate"]),
-                "solid_fraction": solid_fraction(frame), "z": coordination(frame, threshold=0.0).z,
-            }  # fmt: skip
-            law = constants_of(scene, scene.law_of(frame.stage))
-            for row in (*fits(scattering(frame, shells(frame, law))), {"fit": "real space"} | real_space(frame)):
-                row |= {"2_pi_xi": 2 * np.pi * row["xi"]} if "xi" in row else {}
-                writer.writerow(
-                    {name: f"{value:.5g}" if isinstance(value, float) else value for name, value in (kind | row).items()}
-                )
+        writer.writerows(others + found)
+
+
+def measured(run):
+    """The rows of one run, a fit each."""
+    directory = RunDirectory.open(run)
+    scene, state = directory.scene, directory.state
+    with Archive(run / "run.h5") as archive:
+        frame = archive.frame(-1)
+        last = {name: archive.series[name][-1] for name in ("time", "aggregates", "largest_aggregate")}
+    kind = {
+        "digest": state["digest"][:16], "version": state["versions"]["workflow"], "grains": scene.n,
+        "series": scene.series, "rolling": scene.rolling, "seed": scene.seed, "status": state["status"],
+        "stage": frame.stage, "time": last["time"], "aggregates": int(last["aggregates"]),
+        "largest": int(last["largest_aggregate"]),
+        "solid_fraction": solid_fraction(frame), "z": coordination(frame, threshold=0.0).z,
+    }  # fmt: skip
+    law = constants_of(scene, scene.law_of(frame.stage))
+    for row in (*fits(scattering(frame, shells(frame, law))), {"fit": "real space"} | real_space(frame)):
+        row |= {"2_pi_xi": 2 * np.pi * row["xi"]} if "xi" in row else {}
+        yield {name: f"{value:.5g}" if isinstance(value, float) else value for name, value in (kind | row).items()}
 
 
 if __name__ == "__main__":

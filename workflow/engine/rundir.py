@@ -63,8 +63,10 @@ class RunDirectory:
     def open(cls, path: Path) -> RunDirectory:
         """An existing run directory; InputError if ``path`` is none."""
         if not (path / "run.json").is_file():
-            what = "is no run directory (it has no run.json)" if path.is_dir() else "does not exist"
-            what = "is a file" if path.is_file() else what
+            if path.is_dir():
+                what = "is no run directory (it has no run.json)"
+            else:
+                what = "is a file" if path.is_file() else "does not exist"
             raise InputError(f"'{path}' {what}; give the directory that 'wf run' or 'wf deck' wrote")
         return cls(path)
 

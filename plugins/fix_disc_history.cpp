@@ -242,6 +242,13 @@ PairMemory FixDiscHistory::newly_close(const Neighbours &p) const
   return {0.0, 0.0, un - turn * ut, ut + turn * un - (a.rw + b.rw)};
 }
 
+disc::Extremes FixDiscHistory::extremes_of_all() const
+{
+  double most[3] = {extremes.overlap, extremes.approach, extremes.advance};
+  MPI_Allreduce(MPI_IN_PLACE, most, 3, MPI_DOUBLE, MPI_MAX, world);
+  return {most[0], most[1], most[2]};
+}
+
 /* ---- from the records to the grains ---- */
 
 void FixDiscHistory::setup_pre_exchange()
@@ -281,11 +288,10 @@ void FixDiscHistory::remember()
   for (int c = 0; c < close.count; c++) {
     const PairMemory m = close.memory(c);
     const int i = close.i[c], j = close.j[c];
-    if (m.stretch == 0.0 && m.rotation == 0.0 && m.speed == 0.0 && m.sideways == 0.0 && m.viscous == 0.0) continue;
+    if (m.empty()) continue;
     partners[i].push_back({tag[j], m});
     // with newton off the owner of a ghost has a record of its own
-    if (newton || j < nlocal)
-      partners[j].push_back({tag[i], {m.stretch, turned * m.rotation, m.speed, m.sideways, m.viscous}});
+    if (newton || j < nlocal) partners[j].push_back({tag[i], m.seen_from_other(turned)});
   }
   if (newton) comm->reverse_comm_variable(this);
   maxexchange = FORCE + 1;
@@ -383,6 +389,8 @@ int FixDiscHistory::pack_partners(int i, double *buf) const
     buf[m++] = p.memory.speed;
     buf[m++] = p.memory.sideways;
     buf[m++] = p.memory.viscous;
+    buf[m++] = p.memory.viscous_t;
+    buf[m++] = p.memory.viscous_r;
   }
   return m;
 }
@@ -392,8 +400,8 @@ int FixDiscHistory::unpack_partners(int i, const double *buf)
 {
   int m = 0;
   for (int count = static_cast<int>(buf[m++]); count > 0; count--) {
-    partners[i].push_back(
-        {static_cast<tagint>(ubuf(buf[m]).i), {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4], buf[m + 5]}});
+    partners[i].push_back({static_cast<tagint>(ubuf(buf[m]).i),
+                           {buf[m + 1], buf[m + 2], buf[m + 3], buf[m + 4], buf[m + 5], buf[m + 6], buf[m + 7]}});
     m += ENTRY;
   }
   return m;
@@ -445,12 +453,13 @@ void FixDiscHistory::write_restart(FILE *fp)
   if (listed) remember();
   double sums[3] = {lost.viscous, lost.sliding, lost.rolling};
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
+  const disc::Extremes most = extremes_of_all();
   const double within_run =
       update->whichflag == 1 ? 1.0 : 0.0;    // else the next run evaluates forces anew in any case
   // LAMMPS stores the time of this step; rounding differs from that of the run that counts on
   const double since = ubuf(update->atimestep).d;
-  const double state[9] = {sums[0], sums[1],          sums[2],         pace, within_run, update->atime,
-                           since,   motion.affine[0], motion.affine[1]};
+  const double state[12] = {sums[0], sums[1],          sums[2],          pace,         within_run,    update->atime,
+                            since,   motion.affine[0], motion.affine[1], most.overlap, most.approach, most.advance};
   if (comm->me == 0) {
     const int size = sizeof(state);
     fwrite(&size, sizeof(int), 1, fp);
@@ -472,6 +481,7 @@ void FixDiscHistory::restart(char *buf)
   restored_time = state[5];
   restored_since = static_cast<bigint>(ubuf(since).i);
   std::copy(state + 7, state + 9, motion.affine);    // of the cell as it moves, also for forces evaluated anew
+  extremes = {state[9], state[10], state[11]};
 }
 
 /* fix_modify DISC_HISTORY forces anew: the run that ended with the restart file is over, the next one starts as any
@@ -528,7 +538,7 @@ double FixDiscHistory::memory_usage()
 {
   double bytes = grains.capacity() * sizeof(Grain) + (actions.capacity() + restored.capacity()) * sizeof(disc::Action) +
                  neighbours.capacity() * (sizeof(Neighbours) + sizeof(PairMemory) + 2 * sizeof(int) + 1) +
-                 first.capacity() * sizeof(int) + close.i.capacity() * (3 * sizeof(int) + 5 * sizeof(double)) +
+                 first.capacity() * sizeof(int) + close.i.capacity() * (3 * sizeof(int) + 8 * sizeof(double)) +
                  partners.capacity() * sizeof(partners[0]);
   for (const auto &list : partners)
     bytes += list.capacity() * sizeof(Partner);

@@ -70,11 +70,12 @@ public:
   void require_number(double) const;
   bool rebuild_due() const { return margin <= 0.0; }
   bool choice_due() const { return close_margin <= 0.0; }
-  void choose_close();             // if it is due; collective
-  void rescale(double springs);    // what contacts remember, when the law changes
-  void renew_viscosity();          // after the law has changed
-  int find(int i, int j) const;    // place in `close`, -1 if not there
-  bool goes_on() const;            // this step continues a run from its restart file, which holds its forces
+  void choose_close();                       // if it is due; collective
+  disc::Extremes extremes_of_all() const;    // collective
+  void rescale(double springs);              // what contacts remember, when the law changes
+  void renew_viscosity();                    // after the law has changed
+  int find(int i, int j) const;              // place in `close`, -1 if not there
+  bool goes_on() const;                      // this step continues a run from its restart file, which holds its forces
   void restore_forces() const;
   bool current() const { return listed; }    // the lists belong to the grains and ghosts as they lie now
 
@@ -82,6 +83,7 @@ public:
   std::vector<disc::Action> actions;    // zero between steps for ghosts
   disc::Contacts close;
   disc::Sums lost;                   // dissipated so far, of this rank; the pair style adds to it
+  disc::Extremes extremes;           // of any step so far, of this rank; likewise
   disc::Motion motion;               // since the last evaluation
   bool second_order = false;         // see disc::Motion; set by the pair style
   double range = 0.0;                // gap up to which the law acts; set by the pair style
@@ -98,7 +100,7 @@ private:
     tagint tag;
     disc::Memory memory;    // seen from the owner of this entry: `rotation` is that of the partner relative to it
   };
-  static constexpr int ENTRY = 6;    // doubles per partner on the wire
+  static constexpr int ENTRY = 8;    // doubles per partner on the wire
   static constexpr int FORCE = 3;    // doubles of the restored force and torque on the wire
 
   void remember();

@@ -193,6 +193,10 @@ void PairDisc::evaluate()
   history->lost.viscous += sums.viscous;
   history->lost.sliding += sums.sliding;
   history->lost.rolling += sums.rolling;
+  disc::Extremes &most = history->extremes;
+  most.overlap = std::max(most.overlap, sums.overlap);
+  most.approach = std::max(most.approach, sums.approach);
+  most.advance = std::max(most.advance, sums.approach * history->motion.dt);
 }
 
 /* Before a run: no time passes, velocities are those of this moment, the memory of earlier ones stays; and all of it
@@ -203,9 +207,11 @@ void PairDisc::evaluate_standing()
   history->motion.carry[0] = history->motion.carry[1] = 1.0;
   history->choose_close();
   const disc::Contacts before = history->close;
+  const disc::Extremes most = history->extremes;
   evaluate();
   if (history->goes_on()) {
     history->close = before;
+    history->extremes = most;
   } else {
     history->close.speed = before.speed;
     history->close.sideways = before.sideways;

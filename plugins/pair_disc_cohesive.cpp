@@ -16,8 +16,8 @@ using namespace LAMMPS_NS;
 
 std::vector<PairDisc::Coefficient> PairDiscCohesive::coefficients()
 {
-  return {{"kn", &law.kn}, {"kt", &law.kt}, {"zeta", &law.zeta}, {"mu", &law.mu},
-          {"f0", &law.f0}, {"d0", &law.d0}, {"kr", &law.kr},     {"mur", &law.mur}};
+  return {{"kn", &law.kn}, {"kt", &law.kt}, {"zeta", &law.zeta}, {"mu", &law.mu},      {"f0", &law.f0},
+          {"d0", &law.d0}, {"kr", &law.kr}, {"mur", &law.mur},   {"zetat", &law.zetat}};
 }
 
 void PairDiscCohesive::coeff(int narg, char **arg)
@@ -74,14 +74,15 @@ template <bool... CHOSEN> PairDiscCohesive::Kernel PairDiscCohesive::choose(cons
 
 disc::Sums PairDiscCohesive::sweep(bool stress)
 {
-  const bool flags[FLAGS] = {second_order, law.damping(), law.cohesion(), law.friction(), law.rolling(), account};
+  const bool flags[FLAGS] = {second_order,  law.damping(), law.cohesion(), law.friction(),
+                             law.rolling(), account,       law.dashpots()};
   return (this->*choose<>(flags))(stress);
 }
 
-template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
+template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT, bool DASHPOTS>
 disc::Sums PairDiscCohesive::kernel(bool stress)
 {
-  const disc::Cohesive<SECOND, DAMPING, COHESION, FRICTION, ROLLING> cohesive{law};
+  const disc::Cohesive<SECOND, DAMPING, COHESION, FRICTION, ROLLING, DASHPOTS && (FRICTION || ROLLING)> cohesive{law};
   return disc::sweep<decltype(cohesive), ACCOUNT>(cohesive, history->motion, history->grains.data(), atom->nlocal,
                                                   !force->newton_pair, stress, history->close, history->actions.data());
 }
@@ -104,6 +105,10 @@ PairDisc::Interaction PairDiscCohesive::interaction(int c) const
     constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the slider stops on the cone to within rounding
     now.sliding = law.friction() && std::fabs(now.tangential) >= AT_LIMIT * law.mu * now.elastic;
     now.rolling = law.rolling() && std::fabs(now.moment) >= AT_LIMIT * law.mur * now.elastic;
+    if (law.dashpots()) {
+      now.tangential += history->close.viscous_t[c];
+      now.moment += history->close.viscous_r[c];
+    }
   } else {
     now.viscous = history->close.viscous[c];    // what a contact that opened in this step was still due
     if (now.gap < law.range() || now.viscous != 0.0) now.state = DISTANT;

@@ -10,7 +10,7 @@ namespace LAMMPS_NS
 {
 
 /* pair_style disc/cohesive [account yes|no] [scheme second|paper]
-   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r
+   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r zetat z_t
 
    The exact law of G07 (kernels/cohesive.h).  kn is required; a term whose coefficient is zero or absent costs nothing.
  */
@@ -30,9 +30,9 @@ public:
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 6;
+  static constexpr int FLAGS = 7;
   using Kernel = disc::Sums (PairDiscCohesive::*)(bool);
-  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT>
+  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT, bool DASHPOTS>
   disc::Sums kernel(bool stress);
   template <bool... CHOSEN> Kernel choose(const bool *flags) const;
   disc::Sums sweep(bool stress) override;

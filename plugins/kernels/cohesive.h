@@ -14,23 +14,25 @@ namespace disc
 {
 
 struct CohesiveLaw {
-  double kn = 0.0;      // normal stiffness K_N [force/length], > 0
-  double kt = 0.0;      // tangential stiffness K_T [force/length], > 0 with friction
-  double zeta = 0.0;    // fraction of the critical damping (eq. 6), >= 0
-  double mu = 0.0;      // friction coefficient (eq. 8), >= 0
-  double f0 = 0.0;      // largest attraction F0 [force], >= 0
-  double d0 = 0.0;      // range of the attraction D0 [length], > 0 with F0 > 0
-  double kr = 0.0;      // rolling stiffness K_r [force length], > 0 with rolling resistance
-  double mur = 0.0;     // rolling friction mu_r [length] (eq. 10), >= 0
+  double kn = 0.0;       // normal stiffness K_N [force/length], > 0
+  double kt = 0.0;       // tangential stiffness K_T [force/length], > 0 with friction
+  double zeta = 0.0;     // fraction of the critical damping (eq. 6), >= 0
+  double mu = 0.0;       // friction coefficient (eq. 8), >= 0
+  double f0 = 0.0;       // largest attraction F0 [force], >= 0
+  double d0 = 0.0;       // range of the attraction D0 [length], > 0 with F0 > 0
+  double kr = 0.0;       // rolling stiffness K_r [force length], > 0 with rolling resistance
+  double mur = 0.0;      // rolling friction mu_r [length] (eq. 10), >= 0
+  double zetat = 0.0;    // fraction of the critical damping of the tangential and the rolling spring; not in G07, >= 0
 
   bool damping() const { return zeta > 0.0; }
   bool cohesion() const { return f0 > 0.0; }
   bool friction() const { return mu > 0.0; }
   bool rolling() const { return mur > 0.0; }
+  bool dashpots() const { return zetat > 0.0 && (friction() || rolling()); }
   double range() const { return cohesion() ? d0 : 0.0; }
 
-  // eta_ij = zeta sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j) (eq. 6)
-  double viscosity(double mi, double mj) const { return zeta * std::sqrt(4.0 * kn * mi * mj / (mi + mj)); }
+  // critical damping sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j); eta_ij of eq. 6 is zeta times it
+  double viscosity(double mi, double mj) const { return std::sqrt(4.0 * kn * mi * mj / (mi + mj)); }
 
   // attraction N_a <= 0: -F0 (1 - h/D0) in the tail (eq. 4), -F0 in contact (eq. 5)
   double attraction(double h) const { return h >= range() ? 0.0 : h < 0.0 ? -f0 : -f0 * (1.0 - h / d0); }
@@ -49,10 +51,19 @@ struct CohesiveLaw {
    last one to its end; displacements grow by the velocity in the middle of the step, seen in the middle of the turn of
    n; and a contact that closes or opens within a step feels its damper, and stretches its springs, for its share of it.
    Without SECOND the mean velocity of the step stands for that at its end, as in the velocity Verlet of LAMMPS: first
-   order. */
-template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_> struct Cohesive {
-  static constexpr bool SECOND = SECOND_, DAMPING = DAMPING_, COHESION = COHESION_, FRICTION = FRICTION_,
-                        ROLLING = ROLLING_;
+   order.
+
+   DASHPOTS, which G07 has not, let a packing come to rest whose springs would ring for ever: a dashpot beside the
+   tangential and the rolling spring, T_v = -gamma_t d(du)/dt, M_v = -gamma_r d(dtheta)/dt.  They resist the elastic
+   displacement alone, so that nothing that rolls, slides or flies is slowed.  gamma is zetat times the critical damping
+   sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.
+
+   The dissipated energy is what the kicks of the scheme take: over a step the mean of the viscous forces at its
+   beginning and at its end times the distance passed. */
+template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_, bool DASHPOTS_ = false>
+struct Cohesive {
+  static constexpr bool SECOND = SECOND_, COHESION = COHESION_, FRICTION = FRICTION_, ROLLING = ROLLING_,
+                        DASHPOTS = DASHPOTS_ && (FRICTION || ROLLING), DAMPING = DAMPING_ || DASHPOTS;
   static constexpr bool JUMPS = SECOND && (DAMPING || FRICTION || ROLLING);    // something sets in at contact
   CohesiveLaw law;
 
@@ -63,9 +74,13 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
     const double kn = law.kn, kt = law.kt, kr = law.kr, f0 = law.f0, d0 = law.d0, dt = motion.dt, ahead = motion.ahead;
     const double sliding_limit = FRICTION ? law.mu / law.kt : 0.0, rolling_limit = ROLLING ? law.mur / law.kr : 0.0;
     const double tail = COHESION ? law.f0 / law.d0 : 0.0;
+    const double zeta = law.zeta, range = law.range();
+    const double gamma_t = DASHPOTS && FRICTION && dt > 0.0 ? law.zetat * std::sqrt(kt / kn) / dt : 0.0;
+    const double gamma_r = DASHPOTS && ROLLING && dt > 0.0 ? law.zetat * std::sqrt(0.125 * kr / kn) / dt : 0.0;
     const double *const __restrict eta = b.eta;
     double *const __restrict stretch = b.stretch, *const __restrict rotation = b.rotation;
     double *const __restrict speed = b.speed, *const __restrict viscous = b.viscous;
+    double *const __restrict viscous_t = b.viscous_t, *const __restrict viscous_r = b.viscous_r;
     for (int k = 0; k < count; k++) {
       const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
       const double inverse = 1.0 / distance;
@@ -74,11 +89,7 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
       const double closed = h < 0.0 ? 1.0 : 0.0;
       const double elastic = kn * (h < 0.0 ? -h : 0.0);
       double normal = elastic, tangential = 0.0;
-      double un = 0.0, ut = 0.0;
-      if (DAMPING || FRICTION) {
-        un = nx * b.ux[k] + ny * b.uy[k];
-        ut = nx * b.uy[k] - ny * b.ux[k];
-      }
+      const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
       const double turn = 0.5 * dt * inverse * ut;                          // of n in half a step
       const double middle = SECOND ? un - turn * ut : un;                   // d|b|/dt in the middle of the step
       if (JUMPS) b.crossed[k] = h * (h - dt * middle) < 0.0 ? 1.0 : 0.0;    // the gap changed its sign
@@ -88,24 +99,39 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
           speed[k] = middle;
           b.receding[k] = vn;
         }
-        const double damper = -eta[k] * vn * closed;
+        const double damper = -zeta * eta[k] * vn * closed;
+        if (ACCOUNT) b.lost_viscous[k] = -0.5 * (viscous[k] + damper) * middle * dt;
         viscous[k] = damper;
         normal += damper;
-        if (ACCOUNT) b.lost_viscous[k] = -damper * vn * dt;
       }
       if (COHESION) normal -= h < 0.0 ? f0 : h < d0 ? f0 - tail * h : 0.0;
       if (FRICTION) {
         const double vt = (SECOND ? ut + turn * un : ut) - b.surface[k];
         const double kept = slide<ACCOUNT>(stretch[k], vt * dt, sliding_limit * elastic, kt, b.lost_sliding[k]);
-        stretch[k] = kept;
         tangential = -kt * kept;
+        if (DASHPOTS) {
+          const double change = kept - stretch[k], dashpot = -gamma_t * eta[k] * change * closed;
+          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_t[k] + dashpot) * change;
+          viscous_t[k] = dashpot;
+          tangential += dashpot;
+        }
+        stretch[k] = kept;
         b.tangential[k] = tangential;
       }
       if (ROLLING) {
         const double kept = slide<ACCOUNT>(rotation[k], b.spin[k] * dt, rolling_limit * elastic, kr, b.lost_rolling[k]);
+        double moment = -kr * kept;
+        if (DASHPOTS) {
+          const double change = kept - rotation[k], dashpot = -gamma_r * b.touch[k] * eta[k] * change * closed;
+          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_r[k] + dashpot) * change;
+          viscous_r[k] = dashpot;
+          moment += dashpot;
+        }
         rotation[k] = kept;
-        b.moment[k] = -kr * kept;
+        b.moment[k] = moment;
       }
+      b.overlap[k] = -h;
+      b.approach[k] = h < range ? -middle : 0.0;
       b.fx[k] = normal * nx - tangential * ny;
       b.fy[k] = normal * ny + tangential * nx;
     }
@@ -131,9 +157,9 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
       double normal = 0.0, tangential = 0.0;                                    // what is added
       if (DAMPING) {
         const double vn = b.receding[k];
-        normal = -b.eta[k] * vn * (within - 0.5);
+        normal = -law.zeta * b.eta[k] * vn * (within - 0.5);
         b.viscous[k] += normal;
-        if (ACCOUNT) b.lost_viscous[k] -= normal * vn * dt;
+        if (ACCOUNT) b.lost_viscous[k] -= 0.5 * normal * (un - turn * ut) * dt;
       }
       const double elastic = -law.kn * h;
       if (FRICTION && entered) {
@@ -141,11 +167,13 @@ template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLL
         b.stretch[k] = slide<ACCOUNT>(0.0, slip, law.mu / law.kt * elastic, law.kt, b.lost_sliding[k]);
         tangential = -law.kt * b.stretch[k] - b.tangential[k];
         b.tangential[k] += tangential;
+        if (DASHPOTS) b.viscous_t[k] = 0.0;    // dashpots act from the next step on
       }
       if (ROLLING && entered) {
         const double angle = within * dt * b.spin[k];
         b.rotation[k] = slide<ACCOUNT>(0.0, angle, law.mur / law.kr * elastic, law.kr, b.lost_rolling[k]);
         b.moment[k] = -law.kr * b.rotation[k];
+        if (DASHPOTS) b.viscous_r[k] = 0.0;
       }
       b.fx[k] += normal * nx - tangential * ny;
       b.fy[k] += normal * ny + tangential * nx;

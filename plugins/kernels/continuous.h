@@ -120,9 +120,10 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0;
     const double dt = motion.dt, ahead = motion.ahead, limit = most(dt);
     // copies on the stack: with this many arrays the compiler gives up proving that they do not overlap
-    alignas(64) double eta[BLOCK], stretch[BLOCK], speed[BLOCK], force[BLOCK], sideways[BLOCK], viscous[BLOCK] = {};
+    alignas(64) double eta[BLOCK], stretch[BLOCK], speed[BLOCK], force[BLOCK], sideways[BLOCK], viscous[BLOCK];
     copy(eta, b.eta);
     copy(speed, b.speed);
+    copy(viscous, b.viscous);
     if (FRICTION) {
       copy(stretch, b.stretch);
       copy(force, b.rotation);
@@ -158,8 +159,10 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
         b.crossed[k] = depth > dt * vn ? entered : within;
       }
       const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
+      if (ACCOUNT) b.lost_viscous[k] = -0.5 * (viscous[k] + damper) * middle * dt;
       viscous[k] = damper;
-      if (ACCOUNT) b.lost_viscous[k] = -damper * vn * dt;
+      b.overlap[k] = b.touch[k] - r;
+      b.approach[k] = -within * middle;
       const double normal = elastic + damper;
       double tangential = 0.0;
       if (FRICTION) {
@@ -220,7 +223,7 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       const double damper = part * b.viscous[k], normal = part * edge + damper;
       double tangential = 0.0;    // what is added
       b.viscous[k] += damper;
-      if (ACCOUNT) b.lost_viscous[k] -= damper * vn * dt;
+      if (ACCOUNT) b.lost_viscous[k] -= 0.5 * damper * b.speed[k] * dt;
       if (FRICTION) {
         const double elastic = law.elastic(r, b.touch[k]), vt = slip.middle[k], end = slip.end[k];
         double drag = slip.drag[k], spring = b.rotation[k] - drag;

@@ -34,12 +34,25 @@ struct alignas(32) Action {    // on a grain: force, and torque = moment + R * t
   double fx = 0.0, fy = 0.0, moment = 0.0, tangential = 0.0;
 };
 
-struct Memory {             // what a pair carries from one evaluation to the next
-  double stretch = 0.0;     // elastic part du of the tangential displacement; zero unless in contact
-  double rotation = 0.0;    // elastic part dtheta of the relative rotation; zero unless in contact
-  double speed = 0.0;       // d|b|/dt in the middle of the last step
-  double sideways = 0.0;    // the velocity that tangential damping acts on, in the middle of the last step
-  double viscous = 0.0;     // N_v of the last evaluation, for output
+struct Memory {              // what a pair carries from one evaluation to the next
+  double stretch = 0.0;      // elastic part du of the tangential displacement; zero unless in contact
+  double rotation = 0.0;     // elastic part dtheta of the relative rotation; zero unless in contact
+  double speed = 0.0;        // d|b|/dt in the middle of the last step
+  double sideways = 0.0;     // the velocity that tangential damping acts on, in the middle of the last step
+  double viscous = 0.0;      // N_v of the last evaluation
+  double viscous_t = 0.0;    // T_v and M_v of the dashpots on the tangential and the rolling spring, likewise
+  double viscous_r = 0.0;
+
+  bool empty() const
+  {
+    return stretch == 0.0 && rotation == 0.0 && speed == 0.0 && sideways == 0.0 && viscous == 0.0 && viscous_t == 0.0 &&
+           viscous_r == 0.0;
+  }
+  /* What the other grain remembers; `turned` is the sign of what turns, a moment or an angle. */
+  Memory seen_from_other(double turned) const
+  {
+    return {stretch, turned * rotation, speed, sideways, viscous, viscous_t, turned * viscous_r};
+  }
 };
 
 struct Contacts {    // the close pairs: all that may act in this step, and a few more; arrays end with room for a whole
@@ -48,7 +61,7 @@ struct Contacts {    // the close pairs: all that may act in this step, and a fe
   std::vector<int> i, j, at;                                 // grains; position in the list of neighbours
   std::vector<double> eta;                                   // viscosity
   std::vector<double> stretch, rotation, speed, sideways;    // Memory
-  std::vector<double> viscous;                               // N_v of the last evaluation
+  std::vector<double> viscous, viscous_t, viscous_r;         // Memory: N_v, T_v, M_v of the last evaluation
 
   void clear() { resize(0); }
   void add(int a, int b, int place, double viscosity, const Memory &memory)
@@ -62,10 +75,15 @@ struct Contacts {    // the close pairs: all that may act in this step, and a fe
     speed.push_back(memory.speed);
     sideways.push_back(memory.sideways);
     viscous.push_back(memory.viscous);
+    viscous_t.push_back(memory.viscous_t);
+    viscous_r.push_back(memory.viscous_r);
     count++;
   }
   void pad() { resize(count + BLOCK); }    // after the last add()
-  Memory memory(int c) const { return {stretch[c], rotation[c], speed[c], sideways[c], viscous[c]}; }
+  Memory memory(int c) const
+  {
+    return {stretch[c], rotation[c], speed[c], sideways[c], viscous[c], viscous_t[c], viscous_r[c]};
+  }
 
 private:
   void resize(int n)
@@ -73,7 +91,7 @@ private:
     if (n == 0) count = 0;
     for (auto *list : {&i, &j, &at})
       list->resize(n);
-    for (auto *list : {&eta, &stretch, &rotation, &speed, &sideways, &viscous})
+    for (auto *list : {&eta, &stretch, &rotation, &speed, &sideways, &viscous, &viscous_t, &viscous_r})
       list->resize(n);
   }
 };
@@ -90,6 +108,13 @@ struct Motion {
 struct Sums {                                            // of one sweep
   double xx = 0.0, yy = 0.0, xy = 0.0;                   // F_x b_x, F_y b_y, F_x b_y
   double viscous = 0.0, sliding = 0.0, rolling = 0.0;    // energy dissipated
+  double overlap = 0.0, approach = 0.0;                  // largest of any pair, as the law has them in Block
+};
+
+struct Extremes {           // over the steps so far
+  double overlap = 0.0;     // largest R_i + R_j - |b|
+  double approach = 0.0;    // fastest approach of two that interact
+  double advance = 0.0;     // longest way of such an approach in one step
 };
 
 struct Block {
@@ -101,13 +126,15 @@ struct Block {
   alignas(64) double touch[BLOCK];            // R_i + R_j
   // in and out: memory of the pairs, in place
   const double *eta;
-  double *stretch, *rotation, *speed, *sideways, *viscous;
+  double *stretch, *rotation, *speed, *sideways, *viscous, *viscous_t, *viscous_r;
   // out
   alignas(64) double fx[BLOCK], fy[BLOCK];    // force of i on j
   alignas(64) double tangential[BLOCK], moment[BLOCK];
   alignas(64) double receding[BLOCK],
       crossed[BLOCK];    // normal velocity; 1 for a pair whose gap changed its sign in the step
   alignas(64) double lost_viscous[BLOCK], lost_sliding[BLOCK], lost_rolling[BLOCK];
+  alignas(64) double overlap[BLOCK] = {};     // R_i + R_j - |b|
+  alignas(64) double approach[BLOCK] = {};    // -d|b|/dt of a pair that interacts
 };
 
 /* One slider: advance the elastic displacement, then return to the cone |displacement| <= limit.  The energy lost is
@@ -142,6 +169,8 @@ DISC_INLINE double total(const double *lanes)
   return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
+DISC_INLINE double largest(const Four &a) { return std::max({a[0], a[1], a[2], a[3]}); }
+
 /* What a law leaves out is not gathered, computed or scattered.  A law has these as static constants and a member
    respond<ACCOUNT>(Motion, Block &, count).  `halves`: pairs with a grain from `owned` on are listed on both sides.
    What is asked once per block is no template flag: each of those doubles the time to compile. */
@@ -151,6 +180,7 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
 {
   alignas(64) double xx[LANES] = {}, yy[LANES] = {}, xy[LANES] = {};
   alignas(64) double viscous[LANES] = {}, sliding[LANES] = {}, rolling[LANES] = {};
+  Four overlap{}, approach{};
   Block b;
   for (int first = 0; first < c.count; first += BLOCK) {
     const int count = std::min(BLOCK, c.count - first);
@@ -162,6 +192,8 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
     b.speed = &c.speed[first];
     b.sideways = &c.sideways[first];
     b.viscous = &c.viscous[first];
+    b.viscous_t = &c.viscous_t[first];
+    b.viscous_r = &c.viscous_r[first];
 
     for (int k = 0; k < count; k += 4) {    // past the end the lists name grain 0
       Four move[4], turn[4];
@@ -208,6 +240,11 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
         for (double *a : {b.bx, b.by, b.lost_viscous, b.lost_sliding, b.lost_rolling})
           a[k] *= 0.5;
       }
+    for (int k = 0; k < whole; k += 4) {
+      const Four deep = four(b.overlap + k), fast = four(b.approach + k);
+      overlap = deep > overlap ? deep : overlap;
+      approach = fast > approach ? fast : approach;
+    }
     if (stress) {
       add_products(xx, b.fx, b.bx, whole);
       add_products(yy, b.fy, b.by, whole);
@@ -219,7 +256,8 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
       if (Law::ROLLING) add(rolling, b.lost_rolling, whole);
     }
   }
-  return {total(xx), total(yy), total(xy), total(viscous), total(sliding), total(rolling)};
+  return {total(xx),      total(yy),      total(xy),        total(viscous),
+          total(sliding), total(rolling), largest(overlap), largest(approach)};
 }
 
 }    // namespace disc

@@ -46,21 +46,24 @@ void FixDiscIntegrate::parse(int k, int narg, char **arg)
 {
   while (k < narg) {
     const std::string keyword = arg[k];
-    if (keyword == "stress" || keyword == "gravity" || keyword == "fixed") {
+    if (keyword == "stress" || keyword == "gravity" || keyword == "fixed" || keyword == "cell") {
       k += keyword == "stress"    ? parse_stress(k, narg, arg)
            : keyword == "gravity" ? parse_gravity(k, narg, arg)
+           : keyword == "cell"    ? parse_cell(k, narg, arg)
                                   : parse_fixed(k, narg, arg);
       continue;
     }
     double *value = keyword == "mass"         ? &mass_factor
                     : keyword == "rate"       ? &rate_cap
+                    : keyword == "wall"       ? &wall_cap
                     : keyword == "convention" ? &convention
                     : keyword == "drag"       ? &drag
+                    : keyword == "celldrag"   ? &cell_drag
                                               : nullptr;
     if (!value)
       error->all(FLERR,
-                 "fix disc/integrate: unknown keyword '{}'; known are: stress mass rate convention drag "
-                 "gravity fixed",
+                 "fix disc/integrate: unknown keyword '{}'; known are: stress cell mass rate wall convention "
+                 "drag celldrag gravity fixed",
                  keyword);
     if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword '{}' needs a value", keyword);
     *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
@@ -73,7 +76,9 @@ void FixDiscIntegrate::check() const
 {
   if (mass_factor <= 0.0) error->all(FLERR, "fix disc/integrate: mass = {} must be positive", mass_factor);
   if (rate_cap < 0.0) error->all(FLERR, "fix disc/integrate: rate = {} must not be negative (0: no cap)", rate_cap);
+  if (wall_cap < 0.0) error->all(FLERR, "fix disc/integrate: wall = {} must not be negative (0: no cap)", wall_cap);
   if (drag < 0.0) error->all(FLERR, "fix disc/integrate: drag = {} must not be negative", drag);
+  if (cell_drag < 0.0) error->all(FLERR, "fix disc/integrate: celldrag = {} must not be negative", cell_drag);
   if (convention != 0.0 && std::fabs(convention) != 1.0)
     error->all(FLERR, "fix disc/integrate: convention = {} must be -1, 0 or 1", convention);
 }
@@ -88,6 +93,15 @@ int FixDiscIntegrate::parse_stress(int k, int narg, char **arg)
   }
   stress_control = axis[0].controlled || axis[1].controlled;
   return 3;
+}
+
+int FixDiscIntegrate::parse_cell(int k, int narg, char **arg)
+{
+  const std::string value = k + 1 < narg ? arg[k + 1] : "";
+  if (value != "lengths" && value != "strain")
+    error->all(FLERR, "fix disc/integrate: keyword 'cell' needs 'lengths' or 'strain', not '{}'", value);
+  of_lengths = value == "lengths";
+  return 2;
 }
 
 int FixDiscIntegrate::parse_gravity(int k, int narg, char **arg)
@@ -112,7 +126,7 @@ bool FixDiscIntegrate::moves(int i) const { return !(atom->mask[i] & fixed); }
 
 int FixDiscIntegrate::modify_param(int narg, char **arg)
 {
-  if (strcmp(arg[0], "drag") == 0) {
+  if (strcmp(arg[0], "drag") == 0 || strcmp(arg[0], "celldrag") == 0) {
     parse(0, std::min(narg, 2), arg);
     return 2;
   }
@@ -134,7 +148,7 @@ void FixDiscIntegrate::begin_stage()
   for (int i = 0; i < atom->nlocal; i++)
     total += atom->rmass[i];
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
-  inertia = mass_factor * total / std::sqrt(domain->prd[0] * domain->prd[1]);
+  inertia = mass_factor * total / (of_lengths ? 1.0 : std::sqrt(domain->prd[0] * domain->prd[1]));
   for (int a = 0; a < 2; a++) {
     if (axis[a].start > 0.0) axis[a].strain_rate *= axis[a].start / domain->prd[a];
     axis[a].start = domain->prd[a];
@@ -303,11 +317,14 @@ bool FixDiscIntegrate::stretch_cell(disc::Shift &shift)
 
 void FixDiscIntegrate::kick_cell(double dt)
 {
-  const double kept = std::exp(-drag * dt);
-  for (Axis &a : axis) {
+  const double kept = std::exp(-(drag + cell_drag) * dt);
+  for (int k = 0; k < 2; k++) {
+    Axis &a = axis[k];
     if (!a.controlled) continue;
-    a.strain_rate = kept * a.strain_rate + dt / inertia * (a.target - a.stress);
+    const double per_stress = of_lengths ? domain->prd[1 - k] / (a.start * inertia) : 1.0 / inertia;
+    a.strain_rate = kept * a.strain_rate + dt * per_stress * (a.target - a.stress);
     if (rate_cap > 0.0) a.strain_rate = std::fmin(std::fmax(a.strain_rate, -rate_cap), rate_cap);
+    if (wall_cap > 0.0) a.strain_rate = std::fmin(std::fmax(a.strain_rate, -wall_cap / a.start), wall_cap / a.start);
   }
 }
 

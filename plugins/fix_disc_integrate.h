@@ -11,26 +11,34 @@
 namespace LAMMPS_NS
 {
 
-/* fix ID all disc/integrate [stress S_x S_y] [mass m] [rate r] [convention c] [drag g] [gravity g_x g_y] [fixed GROUP]
+// clang-format off
+/* fix ID all disc/integrate [stress S_x S_y] [cell lengths|strain] [mass m] [rate r] [wall u] [convention c] [drag g]
+                             [celldrag g] [gravity g_x g_y] [fixed GROUP]
 
-   Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control (G07 eq. 3).
+   Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control.
 
-   stress S_x S_y   imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed and
-   no stress is summed. mass m           cell inertia M = m sum(m_i)/L with L = sqrt(L_x L_y) at the start of the stage
-   (default 0.3) rate r           cap on |d eps/dt|, 0 for none (default 0) convention c     c in m dv/dt = F + c m
-   (dL/dt / L) v: 0 (default) as physics demands of a velocity relative to the affine motion in G07, 1 for L d2s/dt2 =
-   F/m, -1 for the Hamiltonian of Parrinello and Rahman (s = r/L)
-
-   drag g           relaxation aid, not part of the law: -g m v, -g I w and -g M d eps/dt (default 0)
-
+   stress S_x S_y    imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed and
+                     no stress is summed
+   cell lengths      W d2L_a/dt2 = L_b (sigma_aa - S_a), W = m sum(m_i): Parrinello and Rahman's equation for the two
+                     lengths (a, b the two axes); default
+   cell strain       M d2eps/dt2 = S_a - sigma_aa, eps = 1 - L/L^0, M = m sum(m_i)/L with L = sqrt(L_x L_y) at the start
+                     of the stage: G07 eq. 3 as printed
+   mass m            see `cell`; default 0.6
+   rate r            cap on |d eps/dt|, 0 for none (default)
+   wall u            cap on |dL/dt|, 0 for none (default)
+   convention c      c in m dv/dt = F + c m (dL/dt / L) v: 0 (default) as physics demands of a velocity relative to the
+                     affine motion in G07, 1 for L d2s/dt2 = F/m, -1 for the Hamiltonian of Parrinello and Rahman (s = r/L)
+   drag g            relaxation aid, not part of the law: -g m v, -g I w and -g M d eps/dt; default 0
+   celldrag g        the same on the cell alone; default 0
    gravity g_x g_y   acceleration of every grain (default 0 0); weights are part of the forces on the atoms
    fixed GROUP       grains of this group stay where they are, whatever acts on them; their forces read 0
 
    fix_modify ID stress S_x S_y   starts a new stage: new targets, strain measured from the present cell
-   fix_modify ID drag g           switches the drag on or off
+   fix_modify ID drag g           switches the drag on or off; celldrag likewise
 
-   Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 M; 7 energy taken by the
-   drag; 8 potential energy of the weights, - sum of m g.x over the grains that move. */
+   Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 W or M; 7 energy taken by
+   the drag; 8 potential energy of the weights, - sum of m g.x over the grains that move. */
+// clang-format on
 class FixDiscIntegrate : public Fix
 {
 public:
@@ -64,6 +72,7 @@ private:
   void parse(int, int, char **);
   int parse_stress(int, int, char **);
   int parse_gravity(int, int, char **);
+  int parse_cell(int, int, char **);
   int parse_fixed(int, int, char **);
   bool moves(int i) const;
   void check() const;
@@ -80,8 +89,10 @@ private:
   std::vector<disc::Inertia> inertia_of;    // per grain
   bool stress_control = false;
   double gravity[2] = {0.0, 0.0};
-  int fixed = 0;    // group bit
-  double mass_factor = 0.3, inertia = 0.0, rate_cap = 0.0, convention = 0.0, drag = 0.0, work = 0.0, dragged = 0.0;
+  int fixed = 0;             // group bit
+  bool of_lengths = true;    // `cell lengths`, not `cell strain`
+  double mass_factor = 0.6, inertia = 0.0, rate_cap = 0.0, wall_cap = 0.0, convention = 0.0, drag = 0.0,
+         cell_drag = 0.0, work = 0.0, dragged = 0.0;
   class PairDisc *pair = nullptr;
   class FixDiscHistory *history = nullptr;
 };

@@ -63,7 +63,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class KineticEnergy:
-    """Translation and rotation, per grain: ``raw``, and ``relative``: without mean drift and rattlers."""
+    """Translation and rotation, per grain: ``raw``, and ``relative``: without mean drift and, without cohesion, rattlers."""
 
     raw: float
     relative: float
@@ -216,7 +216,7 @@ def measure(
     through.  ``stress``: xx, yy, xy, yx, pressure, targets and ``deviation``, the largest |sigma - target| (None
     without target).  ``unbalanced_force``: largest net ``force``/F1 and ``moment``/(F1 a) from the contact table, and
     the largest differences to the engine's sums in the same units.  ``kinetic_energy``: ``per_grain`` without mean
-    drift and rattlers, ``raw`` with both.  ``rumpf_ratio``: None if the mean force is below tolerance.  Raises
+    drift and, without cohesion, rattlers, ``raw`` with both.  ``rumpf_ratio``: None if the mean force is below tolerance.  Raises
     InputError.
     """
     if not force_unit > 0:
@@ -225,7 +225,8 @@ def measure(
         raise InputError(f"step {frame.step}: the frame has no grains; choose a frame with at least one")
     threshold = tolerance * force_unit
     network = coordination(frame, threshold=threshold)
-    energy = kinetic_energy(frame, network.rattlers)
+    cohesive = bool((frame.contacts.attraction < 0).any())
+    energy = kinetic_energy(frame, network.rattlers & (not cohesive))
     touching = int(frame.contacts.touching.sum())
     return {
         "grains": frame.grains,

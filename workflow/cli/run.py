@@ -115,13 +115,13 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
             "undefined (no mean force)" if rumpf is None else f"{rumpf:.4f}  (eq. 18; weighted with size {_ratio(measures)})",
         ),
         ("unbalanced [F1]", f"force {unbalanced['force']:.2g}  moment {unbalanced['moment']:.2g}"),
-        ("kinetic energy/grain", f"{energy['per_grain']:.2g}  (with drift and rattlers {energy['raw']:.2g})"),
+        ("kinetic energy/grain", f"{energy['per_grain']:.2g}  (with drift and every grain {energy['raw']:.2g})"),
     ]
     known = f"{100 * residual['relative']:.2f} % of the energy that went through" if residual else "unknown, no energy account"
     rows.append(("energy residual", known))
     for stage, change in (relaxation or {}).items():
         changes = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}"
-        rows.append((f"drag in {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
+        rows.append((f"during {stage}", f"{changes}, solid fraction {change['solid_fraction_change']:+.1e}"))
     if "hyperstaticity" in measures.get("rigidity", {}):
         network = measures["rigidity"]
         counts = f"hyperstaticity H {network['hyperstaticity']}, floppy modes k {network['floppy_modes']}"
@@ -131,7 +131,7 @@ def summary(measures: dict[str, Any], directory: RunDirectory) -> str:
         rows.append(("rigidity", counts))
     rows.append(("steps", _steps(numerics)))
     part = 100 * numerics["largest_overlap_of_smallest_radius"]
-    rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius"))
+    rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius{_deep(part)}"))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
@@ -167,13 +167,18 @@ def heap_summary(measures: dict[str, Any], directory: RunDirectory) -> str:
     known = f"{100 * energy['relative']:.2f} % of the energy that went through" if energy else "unknown, no energy account"
     rows += [("energy residual", known), ("steps", _steps(measures["numerics"]))]
     deepest, now = measures["numerics"]["largest_overlap"], -measures["closest_pair"]
-    rows.append(
-        ("largest overlap", f"{now:.3f} sigma now" + ("" if deepest is None else f", {deepest:.3f} in the rows of the run"))
-    )
+    rows.append(("largest overlap", f"{now:.3f} sigma now" + ("" if deepest is None else f", {deepest:.3f} in the run")))
     rows.append(("files", f"{directory.path}  ('wf plot {shlex.quote(str(directory.path))}' draws it)"))
     state = "at rest" if measures["equilibrated"] else "NOT at rest"
     head = f"{state} at t = {measures['time']:.2f} (step {measures['step']})"
     return "\n".join([head, *(f"{name:22s}{text}" for name, text in rows)])
+
+
+DEEP = 10.0  # overlap in percent of the smallest radius beyond which discs with a linear law are no longer stiff
+
+
+def _deep(percent: float) -> str:
+    return ": the contacts are too soft for this energy, raise --kappa" if percent > DEEP else ""
 
 
 def _steps(numerics: dict[str, Any]) -> str:

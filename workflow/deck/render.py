@@ -42,16 +42,17 @@ def render(scene: Scene) -> str:
 
 
 def whole(path: Path) -> str:
-    """The template with the files it includes put in their places: a run directory needs no other file.  They lie beside
-    the template, or in the package.  Raises InputError if one cannot be read."""
+    """The template with the files it includes, and those that these include, put in their places: a run directory needs no
+    other file.  They lie beside the template, or in the package.  Raises InputError if one cannot be read."""
 
     def read(*places: Path) -> str:
         try:
-            return next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
+            text = next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
         except (StopIteration, OSError, ValueError):
             raise InputError(f"deck template '{places[0]}' cannot be read; give a text file") from None
+        return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), text)
 
-    return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), read(path)) + "\n"
+    return read(path) + "\n"
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:

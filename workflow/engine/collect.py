@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -149,8 +149,7 @@ def _measures(scene: Packed, series: dict[str, Any], chosen: Frame, equilibrated
     row = int(abs(series["step"] - chosen.step).argmin()) if series else None
     residual = None
     if row is not None and scene.account and scene.barostat == "inertial":
-        scale = max(abs(float(series[name][row])) for name in ("work", "lost_viscous", "lost_sliding", "lost_rolling"))
-        value = float(series["residual"][row])
+        value, scale = float(series["residual"][row]), _energy_scale(series, row)
         residual = {"value": value, "relative": value / scale if scale else 0.0}
     pressure, law = scene.pressure_of(chosen.stage), scene.law_of(chosen.stage)
     numbers = measure(
@@ -160,6 +159,14 @@ def _measures(scene: Packed, series: dict[str, Any], chosen: Frame, equilibrated
     numbers["energy_residual"] = residual
     numbers["energy"] = _energy(chosen, law)
     return numbers
+
+
+def _energy_scale(series: dict[str, Any], row: int) -> float:
+    """What the residual of a row is compared with: the largest of the work of the cell, each loss, and the energy that grains
+    and contacts have held in any row until then, which is all there is where nothing is lost."""
+    passed = [abs(float(series[name][row])) for name in ("work", "lost_viscous", "lost_sliding", "lost_rolling", "lost_drag")]
+    held = sum(np.abs(series[name][: row + 1]) for name in ("kinetic", "elastic", "tangential", "rolling", "adhesive"))
+    return max(*passed, float(np.max(held)))
 
 
 def constants_of(scene: Packed, law: Law, **options: Any) -> Constants:
@@ -179,12 +186,17 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
     """How well the run was resolved: steps per stiffest period, largest overlap, steps in the tail at the fastest approach;
     how fast the cell was strained.
 
-    Overlap, approach and strain rate are those of the rows of the time series, the largest of each.
+    Overlap and approach are those of every step; of runs of version 0.2, which did not watch them, of the rows of the time
+    series, a lower bound (``watched``: "every step" or "rows").  ``largest_strain_rate`` |d ln L/dt| [1/T0] and
+    ``largest_wall_speed`` |dL/dt| [a/T0] are means between two rows.
     """
     step, law = scene.step_choice.step, scene.law_in_units
-    approach = longest = 0.0
-    if series:
-        approach = float(series["approach"].max())
+    watched = "every step" if "largest_overlap" in series else "rows"
+    overlap = approach = longest = 0.0
+    if series and watched == "every step":
+        overlap, approach, longest = (float(series[f"largest_{of}"][-1]) for of in ("overlap", "approach", "advance"))
+    elif series:
+        overlap, approach = float(series["overlap"].max()), float(series["approach"].max())
         steps = {number: scene.step_of(stage).step for number, stage in scene.stages.items()}
         longest = float(max(series["approach"] * [steps[int(number)] for number in series["stage"]]))
     return {
@@ -192,24 +204,26 @@ def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:
         "step_reason": scene.step_choice.reason,
         "steps_per_stiffest_period": scene.step_choice.period / step,
         "share_of_stability_limit": step / scene.step_choice.limit,
-        "largest_overlap": (overlap := float(series["overlap"].max()) if series else 0.0),
+        "watched": watched,
+        "largest_overlap": overlap,
         "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
         "fastest_approach": approach,
-        "largest_strain_rate": _strain_rate(series) if series else 0.0,
+        "largest_strain_rate": _fastest(series, np.log) if series else 0.0,
+        "largest_wall_speed": _fastest(series, np.asarray) if series else 0.0,
         "steps_in_tail": law.d0 / longest if law.f0 > 0 and longest > 0 else None,
     }
 
 
-def _strain_rate(series: Mapping[str, Floats]) -> float:
-    """Largest |d ln L/dt| of the two lengths of the cell, mean between two rows of the time series [1/T0]."""
-    lengths = np.log([series["length_x"], series["length_y"]])
+def _fastest(series: Mapping[str, Floats], of: Callable[[Any], Floats]) -> float:
+    """Largest |d of(L)/dt| of the two lengths of the cell, mean between two rows of the time series."""
+    lengths = of(np.array([series["length_x"], series["length_y"]]))
     time = np.diff(series["time"])
     moved = time > 0  # the row of a stage's end may be written twice
     return float(np.abs(np.diff(lengths)[:, moved] / time[moved]).max(initial=0.0))
 
 
 def relaxation(before: Frame, after: Frame) -> dict[str, Any]:
-    """What a stage with drag changed, between the last frame before it and its own: the proof that it moved nothing."""
+    """What a settling stage changed, between the last frame before it and its own: contacts that it found or lost."""
     pairs = [_touching(frame) for frame in (before, after)]
     common = len(np.intersect1d(pairs[0], pairs[1], assume_unique=True))
     return {

@@ -32,9 +32,9 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
         stiffness = equivalent_stiffness(scene.index, scene.cutoff, at_rest)
         numbers["equivalent_hooke"] = {"closest": at_rest, "stiffness": stiffness}
     step = scene.step_choice
-    # rows of the series meet few impacts at their fastest; none is faster than the fall
-    fall = scene.impact_speed if scene.start == "pour" else 0.0
-    approach = max(fall, float(series["approach"].max()) if series else 0.0)
+    overlap, approach = numerics_of(series, "overlap"), numerics_of(series, "approach")
+    if scene.start == "pour" and "largest_approach" not in series:  # rows meet few impacts; none is faster than the fall
+        approach = max(scene.impact_speed, approach)
     tail = 0.0 if scene.hooke else (scene.cutoff - 1.0) * (1.0 - scene.polydispersity)  # of the force, from r0 to sigma
     return numbers | {
         "equilibrated": bool(result.get("equilibrated")) if last else None,
@@ -42,8 +42,15 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
         "unbalanced_force": at.get("net_force"), "time": chosen.time, "step": chosen.step,
         "numerics": {
             "step": step.step, "step_reason": step.reason, "steps_per_stiffest_period": step.period / step.step,
-            "largest_overlap": float(series["overlap"].max()) if series else None,
+            "largest_overlap": overlap if series else None,
             "fastest_approach": approach,
             "steps_in_tail": tail / (approach * step.step) if tail and approach else None,
         },
     }  # fmt: skip
+
+
+def numerics_of(series: dict[str, Any], name: str) -> float:
+    """Largest overlap or approach of every step; of runs of version 0.2, which did not watch them, of the rows."""
+    if not series:
+        return 0.0
+    return float(series[f"largest_{name}"][-1] if f"largest_{name}" in series else series[name].max())

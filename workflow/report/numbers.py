@@ -97,7 +97,7 @@ def errors(sheet: Sheet) -> list[Error]:
         found += _resolution(m["numerics"], sheet.units[0])
     for stage, change in (m.get("relaxation") or {}).items():
         text = f"contacts opened {change['contacts_opened']}, closed {change['contacts_closed']}; solid fraction "
-        found.append(Error(f"what drag changed in {stage}", f"{text}{change['solid_fraction_change']:+.1e}"))
+        found.append(Error(f"what changed during {stage}", f"{text}{change['solid_fraction_change']:+.1e}"))
     return found
 
 

@@ -20,7 +20,7 @@ MOST_STRESSES = 200  # of one run
 class Consolidation(Method2):
     """Scene `consolidation`.
 
-    Stages 1 to 4 are those of method 2; then for each stress P*: load (no drag, until borne), settle (drag, to equilibrium),
+    Stages 1 to 4 are those of method 2; then for each stress P*: load (no dashpots, until borne), settle (dashpots, to equilibrium),
     named "load P" and "settle P", of the falling series "unload P" and "resettle P".
     """
 
@@ -77,13 +77,13 @@ class Consolidation(Method2):
         return {**{k: name for k, name in Method2.stages.items() if k < 5}, **dict(enumerate(self._loads, 5))}
 
     @property
-    def dragged(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The stages with drag."""
+    def settling(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The stages with dashpots or drag."""
         return ("relax", "free", "stiffen", *list(self._loads)[1::2])
 
     @property
     def relaxations(self) -> tuple[tuple[str, str], ...]:  # type: ignore[override]
-        """Pairs of stages that show what the drag did."""
+        """Pairs of stages that show what dashpots and drag did."""
         loads = list(self._loads)
         return (("aggregate", "relax"), *zip(loads[::2], loads[1::2], strict=True))
 

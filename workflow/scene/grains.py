@@ -48,13 +48,22 @@ def cell_length(diameter: Floats, solid_fraction: float) -> float:
     return float(np.sqrt(np.sum(np.pi * diameter**2 / 4.0) / solid_fraction))
 
 
-def maxwell(diameter: Floats, speed: float, rng: np.random.Generator) -> Floats:
-    """Velocities (N, 2) of equal temperature (variance of each component proportional to 1/m, m = d^2), without total
-    momentum, with root mean square ``speed`` over the grains.  A single grain has none."""
+VELOCITIES = ("temperature", "same", "unit_disc", "mean_energy")  # what ``speed`` of `gaussian` is
+
+
+def gaussian(diameter: Floats, speed: float, meaning: str, rng: np.random.Generator) -> Floats:
+    """Gaussian velocities (N, 2) without total momentum; a single grain has none.  Masses are m = d^2.
+
+    ``meaning`` of ``speed`` V0 (`VELOCITIES`): ``temperature``, the variance goes like 1/m and the root mean square over
+    the grains is V0; ``unit_disc``, the same with V0 that of a disc of mass 1, sqrt(<m v^2>); ``same``, one variance for
+    every grain, and root mean square V0; ``mean_energy``, one variance with <m v^2> = V0^2.
+    """
     mass = diameter[:, None] ** 2
-    velocity = rng.normal(size=(len(diameter), 2)) / np.sqrt(mass)
+    equal = meaning in ("temperature", "unit_disc")
+    velocity = rng.normal(size=(len(diameter), 2)) / (np.sqrt(mass) if equal else 1.0)
     velocity -= np.sum(mass * velocity, axis=0) / np.sum(mass)
-    scale = np.sqrt(np.mean(np.sum(velocity**2, axis=1)))
+    weight = mass if meaning in ("unit_disc", "mean_energy") else np.ones_like(mass)
+    scale = np.sqrt(np.mean(np.sum(weight * velocity**2, axis=1)))
     return velocity * (speed / scale) if scale > 0.0 and len(diameter) > 1 else np.zeros_like(velocity)
 
 

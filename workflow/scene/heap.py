@@ -8,15 +8,17 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
 from workflow.errors import InputError
 from workflow.scene.grains import Discs
-from workflow.scene.parts import Step
-from workflow.scene.quantity import Parameters, quantity
+from workflow.scene.parts import Readings, Step
+from workflow.scene.quantity import quantity
 
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
 MARGIN = 12.0  # free width beyond each end of the base
@@ -27,12 +29,13 @@ FASTEST_APPROACH = 2.0  # times the impact speed: of two grains within reach of 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Heap(Parameters):
+class Heap(Readings):
     """Scene `heap`; every parameter is a field, every derived number a property."""
 
     name = "heap"
     title = "two-dimensional heap poured from a height (B97)"
     stages = {1: "pour"}  # noqa: RUF012
+    READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
     grains: int = quantity(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
     index: float = quantity(
@@ -64,7 +67,10 @@ class Heap(Parameters):
         source="B97: 0, 0.05, 0.1",
     )
     base: str = quantity("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
-    spacing: float = quantity(1.1, float, "spacing of the base discs", symbol="S", unit="sigma", low=0.5, high=3.0)
+    spacing: float = quantity(
+        None, float, "spacing of the base discs, default 1.0, as printed 1.1", symbol="S", unit="sigma", low=0.5, high=3.0,
+        automatic=True, source="B97 sec. III",
+    )  # fmt: skip
     base_half_width: float | None = quantity(
         None, float, "half the width of the base, default 1.6 sqrt(N) + 5", unit="sigma", above=1.0, high=1e5, automatic=True
     )

@@ -16,7 +16,7 @@ class Method1(Packing):
     name: ClassVar[str] = "method1"
     title: ClassVar[str] = "compression of a granular gas under constant stress (G07 method 1)"
     stages: ClassVar[dict[int, str]] = {1: "compress", 2: "settle"}
-    dragged = ("settle",)
+    settling = ("settle",)
     relaxations = (("compress", "settle"),)
 
     @property
@@ -41,8 +41,11 @@ class Method1(Packing):
         strain = 1.0 - math.sqrt(self.phi0 / 0.8)
         if self.barostat == "berendsen":
             return 3.0 * self.berendsen_modulus * strain / self.pressure
-        mass = self.cell_mass * self.n * 4.0 / math.pi * self.mean_area / math.sqrt(self.n * self.mean_area / self.phi0)
-        return math.sqrt(2.0 * strain * mass / self.pressure)
+        length = math.sqrt(self.n * self.mean_area / self.phi0)
+        slowest = max(
+            strain / self.rate_cap if self.rate_cap else 0.0, strain * length / self.wall_cap if self.wall_cap else 0.0
+        )
+        return max(slowest, math.sqrt(2.0 * strain * self.cell_inertia / self.pressure))
 
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method1.in."""

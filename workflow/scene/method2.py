@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
 from workflow.errors import InputError
-from workflow.scene.grains import Discs, maxwell
+from workflow.scene.grains import VELOCITIES, Discs, gaussian
 from workflow.scene.packing import Packing
 from workflow.scene.parts import Law, Step, choose_step
 from workflow.scene.quantity import quantity
@@ -25,15 +26,16 @@ SERIES: dict[str, dict[str, float]] = {
 class Method2(Packing):
     """Scene `method2`.
 
-    Stages: 1 aggregate (fixed cell, no drag, until one aggregate is left whose contacts do not change), 2 relax (drag, to
+    Stages: 1 aggregate (fixed cell, until one aggregate is left whose contacts do not change), 2 relax (dashpots, to
     equilibrium), 3 free (the cell, at sigma = 0), 4 stiffen (K_N from soft_kappa to kappa, if they differ), 5 load (P*, no
-    drag), 6 settle (drag, to equilibrium).  With drag = 0 the same stages wait for equilibrium without help.
+    dashpots), 6 settle (dashpots, to equilibrium).  Without dashpots and drag the same stages wait for equilibrium without
+    help.
     """
 
     name: ClassVar[str] = "method2"
     title: ClassVar[str] = "aggregation of a granular gas, relaxation and loading (G07 method 2)"
     stages: ClassVar[dict[int, str]] = {1: "aggregate", 2: "relax", 3: "free", 4: "stiffen", 5: "load", 6: "settle"}
-    dragged = ("relax", "free", "stiffen", "settle")
+    settling = ("relax", "free", "stiffen", "settle")
     relaxations = (("aggregate", "relax"), ("load", "settle"))
 
     series: str = quantity(
@@ -41,8 +43,13 @@ class Method2(Packing):
         choices=tuple(SERIES), source="G07 sec. III B 2",
     )  # fmt: skip
     v0: float = quantity(
-        9.48, float, "root mean square of the initial velocities in units of V* = sqrt(F0 D0/m)", symbol="V0", unit="V*",
+        9.48, float, "initial velocities (see velocities) in units of V* = sqrt(F0 D0/m)", symbol="V0", unit="V*",
         low=0.0, high=1e4, source="G07 sec. III B, table VI: 0.095 to 95",
+    )  # fmt: skip
+    velocities: str = quantity(
+        None, str, "what V0 says of the initial velocities: rms of grains of equal temperature, of the same Gaussian for every "
+        "mass, of a disc of mass 1 at equal temperature, or sqrt(2 x mean energy/m(a)) of the same Gaussian",
+        choices=VELOCITIES, automatic=True, source="G07 sec. III B",
     )  # fmt: skip
     phi0: float = quantity(
         None, float, "initial solid fraction, default that of the series", symbol="Phi_I", low=1e-3, high=0.6,
@@ -63,21 +70,18 @@ class Method2(Packing):
         0.01, float, "reduced pressure P* = P a/F0 of the last stages, 0: end in equilibrium without stress", symbol="P*",
         unit="F0/a", low=0.0, high=100.0, source="G07 sec. III B",
     )  # fmt: skip
-    rate_cap: float = quantity(
-        0.05, float, "cap on the strain rate, 0 for none", unit="1/T0", low=0.0, high=1e9, source="G07 sec. III B"
-    )
     quiet: float = quantity(
         20.0, float, "time without a change of contacts after which an aggregate, or a loaded packing, is taken as complete",
         unit="T0", low=0.0, high=1e9,
-    )  # fmt: skip
-    drag: float | None = quantity(  # type: ignore[assignment]
-        None, float, "drag of the stages that wait for equilibrium, default sqrt(kappa/1e5); 0: none", unit="1/T0", low=0.0,
-        high=100.0, automatic=True,
     )  # fmt: skip
     max_time: float = quantity(
         None, float, "longest time of each stage, default 5000, in series A0, whose last aggregates meet late, 20000",
         unit="T0", above=0.0, high=1e9, automatic=True,
     )  # fmt: skip
+
+    READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {
+        **Packing.READINGS, "rate_cap": (0.0, 0.05), "wall_cap": (0.05, 0.0), "velocities": ("temperature", "temperature"),
+    }  # fmt: skip
 
     def __post_init__(self) -> None:
         preset = {"max_time": 5000.0, **SERIES.get(self.series, {})}
@@ -100,7 +104,7 @@ class Method2(Packing):
 
     @property
     def speed(self) -> float:
-        """Root mean square of the initial velocities, V0 V* [a/T0]."""
+        """The scale V0 V* of the initial velocities [a/T0]; see ``velocities``."""
         return self.v0 * math.sqrt(self.d0)
 
     @property
@@ -136,7 +140,8 @@ class Method2(Packing):
     @property
     def compression_time(self) -> float:
         """Time in which the cell, at the capped rate, could close from the initial solid fraction to 0.8 [T0]."""
-        return (1.0 - math.sqrt(self.phi0 / 0.8)) / self.rate_cap if self.rate_cap else 0.0
+        strain, length = 1.0 - math.sqrt(self.phi0 / 0.8), math.sqrt(self.n * self.mean_area / self.phi0)
+        return max(strain / self.rate_cap if self.rate_cap else 0.0, strain * length / self.wall_cap if self.wall_cap else 0.0)
 
     def law_of(self, stage: str) -> Law:
         """Soft until the stage `stiffen` has ended."""
@@ -150,12 +155,7 @@ class Method2(Packing):
     def gas(self) -> Discs:
         """The gas of method 1 with velocities of a Maxwell distribution."""
         still = super().gas
-        return replace(still, velocity=maxwell(still.diameter, self.speed, self.random("velocities")))
-
-    def drag_at(self, kn: float) -> float:
-        """As given, or 1/T0 at kappa = 1e5 and lower in proportion to the frequencies of softer contacts: a drag far above
-        the slowest frequency would hold back what it should bring to rest."""
-        return math.sqrt(kn / 1e5) if self.drag is None else self.drag
+        return replace(still, velocity=gaussian(still.diameter, self.speed, self.velocities, self.random("velocities")))
 
     @property
     def start_energy(self) -> float:
@@ -168,7 +168,7 @@ class Method2(Packing):
         del values["stress"]
         return values | {
             "first": self.pressure, "ratio": 1.0, "top": 0, "count": 1,
-            "kn": soft.kn, "kt": soft.kt, "kr": soft.kr, "soft_drag": self.drag_at(soft.kn),
+            "kn": soft.kn, "kt": soft.kt, "kr": soft.kr,
             "stiffer": self.law_in_units.kn / soft.kn,
             "stiffening": self.stiffening, "quiet": self.quiet,
             "gas_step": self.step_of("aggregate").step, "soft_step": self.step_of("relax").step,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 
 from workflow.errors import InputError
 from workflow.scene.grains import Discs, diameters, place
-from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Step, choose_step
+from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Readings, Step, choose_step
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
@@ -22,22 +23,31 @@ DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell
 
 
 @dataclass(frozen=True, kw_only=True)
-class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
+class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
 
     ``template``: the deck, relative to lammps_inputs/, None for that of this name.  ``stages``: names of the deck's stages by
-    number; ``dragged``: those with drag; ``relaxations``: (stage before, stage with drag), pairs that show what the drag did.
+    number; ``settling``: those with dashpots or drag; ``relaxations``: (stage before, settling stage), pairs that show what
+    these did.
     """
 
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
     template: ClassVar[Path | None] = None
     stages: ClassVar[dict[int, str]] = {}
-    dragged: ClassVar[tuple[str, ...]] = ()
+    settling: ClassVar[tuple[str, ...]] = ()
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {
+        "cell": ("lengths", "strain"), "rate_cap": (0.0, 0.0), "wall_cap": (0.0, 0.0),
+    }  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.cell_mass is None:
+            object.__setattr__(self, "cell_mass", 0.6 if self.cell == "lengths" else 0.3)
+        if self.max_time is None:
+            object.__setattr__(self, "max_time", max(500.0, 5.0 * self.compression_time))
         choice = self.step_choice
         if choice.step > choice.limit:
             raise InputError(
@@ -117,15 +127,19 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         """Skin of the neighbour list [a]."""
         return self.skin if self.skin is not None else max(0.1, 2.0 * self.law_in_units.d0)
 
-    def drag_at(self, kn: float) -> float:
-        """Drag of the stages in ``dragged`` at a stiffness K_N [1/T0]."""
-        return self.drag
-
     @property
     def relaxation(self) -> str:
         """What is done to the packing that the law does not do, for the record."""
-        drags = {self.drag_at(self.law_of(stage).kn) for stage in self.dragged}
-        return f"drag {' and '.join(f'{g:g}' for g in sorted(drags))} in {', '.join(self.dragged)}" if any(drags) else "none"
+        values = {"dashpots": self.dashpots, "drag of the cell": self.cell_drag, "drag": self.drag}
+        aids = [f"{name} {value:.3g}" for name, value in values.items() if value]
+        return f"{' and '.join(aids)} in {', '.join(self.settling)}" if aids else "none"
+
+    @property
+    def cell_inertia(self) -> float:
+        """W of the equation of the lengths, or M of that of the strain, at the start [mass of a disc of diameter a]."""
+        total = self.n * 4.0 / math.pi * self.mean_area
+        length = math.sqrt(self.n * self.mean_area / self.phi0)
+        return self.cell_mass * (total if self.cell == "lengths" else total / length)
 
     @property
     def softest(self) -> float:
@@ -133,16 +147,18 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
         return self.law_in_units.kn
 
     @property
+    def cell_drag(self) -> float:
+        """Damping of the cell in the settling stages, near the critical one of a cell as stiff as its contacts [1/T0]."""
+        return math.sqrt(self.softest / self.cell_inertia) if self.dashpots else 0.0
+
+    @property
     def hold_time(self) -> float:
-        """50 periods of a contact of two largest discs and 10 of the cell (mass M on a stiffness of order K_N)."""
+        """50 periods of a contact of two largest discs and 10 of the cell (its inertia on a stiffness of order K_N)."""
         if self.hold is not None:
             return self.hold
         kn = self.softest
         contact = 2.0 * math.pi * math.sqrt(0.5 / kn)
-        total_mass = self.n * 4.0 / math.pi * self.mean_area
-        length = math.sqrt(self.n * self.mean_area / self.phi0)
-        cell = 2.0 * math.pi * math.sqrt(self.cell_mass * total_mass / length / kn)
-        return max(50.0 * contact, 10.0 * cell)
+        return max(50.0 * contact, 10.0 * 2.0 * math.pi * math.sqrt(self.cell_inertia / kn))
 
     @property
     def digest(self) -> str:
@@ -191,9 +207,10 @@ class Packing(Numerics, Equilibrium, Cell, Material, Grains):  # fields count fr
             "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
             "kr": law.kr, "mur": min(law.mur, ENDLESS),
             "stress": self.pressure, "force_unit": self.force_unit,
-            "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "convention": self.convention,
+            "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,
+            "convention": self.convention,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
-            "hold": self.hold_time, "drag": self.drag_at(law.kn),
+            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots, "cell_drag": self.cell_drag,
             "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
             "scheme": self.scheme, "account": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),

@@ -7,7 +7,9 @@ Units: length a (largest diameter), mass of a disc of diameter a, force F0; with
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from workflow.scene.quantity import Parameters, quantity
 
@@ -16,6 +18,27 @@ LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 # steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
 # times: the second scheme is accurate there
 STEPS_TO_LIMIT = {"paper": 7.0, "second": 14.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readings(Parameters):
+    """Where a paper's procedure is not printed completely: the reading that its numbers speak for, or the printed form.
+
+    ``READINGS``: parameter -> (value of the reading, value as printed), of the parameters that are not given.  What speaks
+    for each is in docs/model.md.
+    """
+
+    READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {}
+
+    as_printed: bool = quantity(
+        False, bool, "procedures as the paper prints them, where the default is another reading (docs/model.md)"
+    )
+
+    def __post_init__(self) -> None:
+        for name, (read, printed) in self.READINGS.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, printed if self.as_printed else read)
+        super().__post_init__()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,18 +138,22 @@ class Cell(Parameters):
     barostat: str = quantity(
         "inertial", str, "inertial (G07 eq. 3) or LAMMPS's first-order berendsen", choices=("inertial", "berendsen")
     )
+    cell: str = quantity(
+        None, str, "equation of the cell: of its lengths (Parrinello and Rahman; default) or of its strain (G07 eq. 3 as "
+        "printed)", choices=("lengths", "strain"), automatic=True, source="G07 sec. II A",
+    )  # fmt: skip
     cell_mass: float = quantity(
-        0.3, float, "cell inertia M in units of sum(m_i)/L", above=0.0, high=1e4, source="G07 sec. II A"
-    )
+        None, float, "inertia of the cell: W/sum(m_i), default 0.6, with the equation of the lengths; M L/sum(m_i), default "
+        "0.3, with that of the strain", above=0.0, high=1e4, automatic=True, source="G07 sec. II A prints 0.3",
+    )  # fmt: skip
     rate_cap: float = quantity(
-        0.0,
-        float,
-        "cap on the strain rate, 0 for none",
-        unit="1/T0",
-        low=0.0,
-        high=1e9,
-        source="G07 sec. III B: 0.05 in method 2",
-    )
+        None, float, "cap on the strain rate |dL/dt|/L0, 0 for none (default, but 0.05 in method2 as printed)", unit="1/T0",
+        low=0.0, high=1e9, automatic=True, source="G07 sec. III B",
+    )  # fmt: skip
+    wall_cap: float = quantity(
+        None, float, "cap on the speed of the walls |dL/dt|, 0 for none (default, but 0.05 in method2)", unit="a/T0", low=0.0,
+        high=1e9, automatic=True, source="G07 sec. III B",
+    )  # fmt: skip
     convention: int = quantity(
         0, int, "c in m dv/dt = F + c m (dL/dt/L) v: 0 decided here, 1: L s'' = F/m, -1: Hamiltonian", low=-1, high=1
     )
@@ -141,21 +168,29 @@ class Equilibrium(Parameters):
     """When a stage ends (G07 sec. II D) and how the last vibrations are taken out."""
 
     force_tolerance: float = quantity(
-        1e-4, float, "largest net force and moment, stress error, in units of F1 = max(F0, P a)", above=0.0, high=1.0,
-        source="G07 sec. II D",
+        1e-4, float, "largest net force and moment, and stress error unless a hundredth of P is less, in units of "
+        "F1 = max(F0, P a)", above=0.0, high=1.0, source="G07 sec. II D",
     )  # fmt: skip
     energy_tolerance: float = quantity(
-        5e-8, float, "kinetic energy per grain in units of F1 a", above=0.0, high=1.0, source="G07 sec. II D"
-    )
+        5e-8, float, "kinetic energy per grain, without cohesion of those that are held, in units of F1 a", above=0.0,
+        high=1.0, source="G07 sec. II D",
+    )  # fmt: skip
     hold: float | None = quantity(
         None, float, "time the criteria must hold, default 50 contact periods and 10 cell oscillations", unit="T0",
         low=0.0, high=1e9, automatic=True,
     )  # fmt: skip
+    dashpots: float = quantity(
+        0.5, float, "dashpots on the tangential and rolling springs in the stages that wait for equilibrium, which start once "
+        "the force-carrying network is calm; fraction of critical; 0 and drag 0: no such stage", low=0.0, high=1.0,
+    )  # fmt: skip
     drag: float = quantity(
-        1.0, float, "drag of the settling stage, which starts once the force-carrying network is calm; 0: no such stage",
+        0.0, float, "background drag on grains and cell in the same stages; it also stops grains that roll or fly",
         unit="1/T0", low=0.0, high=100.0,
     )  # fmt: skip
-    max_time: float = quantity(500.0, float, "longest time of each stage", unit="T0", above=0.0, high=1e9)
+    max_time: float = quantity(
+        None, float, "longest time of each stage, default 500 or five times what the compression takes", unit="T0", above=0.0,
+        high=1e9, automatic=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

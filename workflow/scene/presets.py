@@ -55,7 +55,17 @@ def scene_from(values: Mapping[str, Any]) -> Scene:
         raise InputError(f'a scene needs the key scene = "NAME" with one of: {", ".join(sorted(SCENES))}')
     if name not in SCENES:
         raise unknown_name(name, SCENES, "scene")
-    return SCENES[name].from_mapping(rest)  # type: ignore[return-value]
+    return SCENES[name].from_mapping(_of_version_2(name, rest))  # type: ignore[return-value]
+
+
+def _of_version_2(name: str, values: dict[str, Any]) -> dict[str, Any]:
+    """The scene of a run of version 0.2 as it was run: its files state every parameter that the version knew, `scheme` and
+    `checkpoint_interval` among them, and those of later versions stand for what it did."""
+    if "as_printed" in values or not {"scheme", "checkpoint_interval"} <= set(values):
+        return values
+    packed = issubclass(SCENES[name], Packing)
+    then: dict[str, Any] = {"as_printed": True} | ({"dashpots": 0.0, "drag": 1.0} if packed else {})
+    return then | values
 
 
 def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --help'") -> dict[str, Any]:

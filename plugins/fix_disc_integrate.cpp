@@ -58,12 +58,12 @@ void FixDiscIntegrate::parse(int k, int narg, char **arg)
                     : keyword == "wall"       ? &wall_cap
                     : keyword == "convention" ? &convention
                     : keyword == "drag"       ? &drag
-                    : keyword == "celldrag"   ? &cell_drag
+                    : keyword == "quench"     ? &quench
                                               : nullptr;
     if (!value)
       error->all(FLERR,
                  "fix disc/integrate: unknown keyword '{}'; known are: stress cell mass rate wall convention "
-                 "drag celldrag gravity fixed",
+                 "drag quench gravity fixed",
                  keyword);
     if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword '{}' needs a value", keyword);
     *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
@@ -78,7 +78,7 @@ void FixDiscIntegrate::check() const
   if (rate_cap < 0.0) error->all(FLERR, "fix disc/integrate: rate = {} must not be negative (0: no cap)", rate_cap);
   if (wall_cap < 0.0) error->all(FLERR, "fix disc/integrate: wall = {} must not be negative (0: no cap)", wall_cap);
   if (drag < 0.0) error->all(FLERR, "fix disc/integrate: drag = {} must not be negative", drag);
-  if (cell_drag < 0.0) error->all(FLERR, "fix disc/integrate: celldrag = {} must not be negative", cell_drag);
+  if (quench != 0.0 && quench != 1.0) error->all(FLERR, "fix disc/integrate: quench = {} must be 0 or 1", quench);
   if (convention != 0.0 && std::fabs(convention) != 1.0)
     error->all(FLERR, "fix disc/integrate: convention = {} must be -1, 0 or 1", convention);
 }
@@ -126,7 +126,7 @@ bool FixDiscIntegrate::moves(int i) const { return !(atom->mask[i] & fixed); }
 
 int FixDiscIntegrate::modify_param(int narg, char **arg)
 {
-  if (strcmp(arg[0], "drag") == 0 || strcmp(arg[0], "celldrag") == 0) {
+  if (strcmp(arg[0], "drag") == 0 || strcmp(arg[0], "quench") == 0) {
     parse(0, std::min(narg, 2), arg);
     return 2;
   }
@@ -317,10 +317,11 @@ bool FixDiscIntegrate::stretch_cell(disc::Shift &shift)
 
 void FixDiscIntegrate::kick_cell(double dt)
 {
-  const double kept = std::exp(-(drag + cell_drag) * dt);
+  const double kept = std::exp(-drag * dt);
   for (int k = 0; k < 2; k++) {
     Axis &a = axis[k];
     if (!a.controlled) continue;
+    if (quench > 0.0 && (a.target - a.stress) * a.strain_rate < 0.0) a.strain_rate = 0.0;
     const double per_stress = of_lengths ? domain->prd[1 - k] / (a.start * inertia) : 1.0 / inertia;
     a.strain_rate = kept * a.strain_rate + dt * per_stress * (a.target - a.stress);
     if (rate_cap > 0.0) a.strain_rate = std::fmin(std::fmax(a.strain_rate, -rate_cap), rate_cap);

@@ -13,7 +13,7 @@ namespace LAMMPS_NS
 
 // clang-format off
 /* fix ID all disc/integrate [stress S_x S_y] [cell lengths|strain] [mass m] [rate r] [wall u] [convention c] [drag g]
-                             [celldrag g] [gravity g_x g_y] [fixed GROUP]
+                             [quench 0|1] [gravity g_x g_y] [fixed GROUP]
 
    Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control.
 
@@ -29,12 +29,13 @@ namespace LAMMPS_NS
    convention c      c in m dv/dt = F + c m (dL/dt / L) v: 0 (default) as physics demands of a velocity relative to the
                      affine motion in G07, 1 for L d2s/dt2 = F/m, -1 for the Hamiltonian of Parrinello and Rahman (s = r/L)
    drag g            relaxation aid, not part of the law: -g m v, -g I w and -g M d eps/dt; default 0
-   celldrag g        the same on the cell alone; default 0
+   quench 0|1        relaxation aid: a wall that moves against the stress that is left to balance is stopped, so that the
+                     cell comes to rest within a few of its periods, however soft the packing; default 0
    gravity g_x g_y   acceleration of every grain (default 0 0); weights are part of the forces on the atoms
    fixed GROUP       grains of this group stay where they are, whatever acts on them; their forces read 0
 
    fix_modify ID stress S_x S_y   starts a new stage: new targets, strain measured from the present cell
-   fix_modify ID drag g           switches the drag on or off; celldrag likewise
+   fix_modify ID drag g           switches the drag on or off; quench likewise
 
    Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 W or M; 7 energy taken by
    the drag; 8 potential energy of the weights, - sum of m g.x over the grains that move. */
@@ -91,8 +92,8 @@ private:
   double gravity[2] = {0.0, 0.0};
   int fixed = 0;             // group bit
   bool of_lengths = true;    // `cell lengths`, not `cell strain`
-  double mass_factor = 0.6, inertia = 0.0, rate_cap = 0.0, wall_cap = 0.0, convention = 0.0, drag = 0.0,
-         cell_drag = 0.0, work = 0.0, dragged = 0.0;
+  double mass_factor = 0.6, inertia = 0.0, rate_cap = 0.0, wall_cap = 0.0, convention = 0.0, drag = 0.0, quench = 0.0,
+         work = 0.0, dragged = 0.0;
   class PairDisc *pair = nullptr;
   class FixDiscHistory *history = nullptr;
 };

@@ -16,8 +16,8 @@ using namespace LAMMPS_NS;
 
 std::vector<PairDisc::Coefficient> PairDiscCohesive::coefficients()
 {
-  return {{"kn", &law.kn}, {"kt", &law.kt}, {"zeta", &law.zeta}, {"mu", &law.mu},      {"f0", &law.f0},
-          {"d0", &law.d0}, {"kr", &law.kr}, {"mur", &law.mur},   {"zetat", &law.zetat}};
+  return {{"kn", &law.kn}, {"kt", &law.kt}, {"zeta", &law.zeta}, {"mu", &law.mu},       {"f0", &law.f0},
+          {"d0", &law.d0}, {"kr", &law.kr}, {"mur", &law.mur},   {"zetat", &law.zetat}, {"zetar", &law.zetar}};
 }
 
 void PairDiscCohesive::coeff(int narg, char **arg)

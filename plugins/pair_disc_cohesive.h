@@ -10,7 +10,7 @@ namespace LAMMPS_NS
 {
 
 /* pair_style disc/cohesive [account yes|no] [scheme second|paper]
-   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r zetat z_t
+   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r zetat z_t zetar z_r
 
    The exact law of G07 (kernels/cohesive.h).  kn is required; a term whose coefficient is zero or absent costs nothing.
  */

@@ -22,13 +22,14 @@ struct CohesiveLaw {
   double d0 = 0.0;       // range of the attraction D0 [length], > 0 with F0 > 0
   double kr = 0.0;       // rolling stiffness K_r [force length], > 0 with rolling resistance
   double mur = 0.0;      // rolling friction mu_r [length] (eq. 10), >= 0
-  double zetat = 0.0;    // fraction of the critical damping of the tangential and the rolling spring; not in G07, >= 0
+  double zetat = 0.0;    // fractions of the critical damping of the tangential and the rolling spring; not in G07, >= 0
+  double zetar = 0.0;
 
   bool damping() const { return zeta > 0.0; }
   bool cohesion() const { return f0 > 0.0; }
   bool friction() const { return mu > 0.0; }
   bool rolling() const { return mur > 0.0; }
-  bool dashpots() const { return zetat > 0.0 && (friction() || rolling()); }
+  bool dashpots() const { return (zetat > 0.0 && friction()) || (zetar > 0.0 && rolling()); }
   double range() const { return cohesion() ? d0 : 0.0; }
 
   // critical damping sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j); eta_ij of eq. 6 is zeta times it
@@ -55,8 +56,8 @@ struct CohesiveLaw {
 
    DASHPOTS, which G07 has not, let a packing come to rest whose springs would ring for ever: a dashpot beside the
    tangential and the rolling spring, T_v = -gamma_t d(du)/dt, M_v = -gamma_r d(dtheta)/dt.  They resist the elastic
-   displacement alone, so that nothing that rolls, slides or flies is slowed.  gamma is zetat times the critical damping
-   sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.
+   displacement alone, so that nothing that rolls, slides or flies is slowed.  gamma is zetat or zetar times the
+   critical damping sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.
 
    The dissipated energy is what the kicks of the scheme take: over a step the mean of the viscous forces at its
    beginning and at its end times the distance passed. */
@@ -76,7 +77,7 @@ struct Cohesive {
     const double tail = COHESION ? law.f0 / law.d0 : 0.0;
     const double zeta = law.zeta, range = law.range();
     const double gamma_t = DASHPOTS && FRICTION && dt > 0.0 ? law.zetat * std::sqrt(kt / kn) / dt : 0.0;
-    const double gamma_r = DASHPOTS && ROLLING && dt > 0.0 ? law.zetat * std::sqrt(0.125 * kr / kn) / dt : 0.0;
+    const double gamma_r = DASHPOTS && ROLLING && dt > 0.0 ? law.zetar * std::sqrt(0.125 * kr / kn) / dt : 0.0;
     const double *const __restrict eta = b.eta;
     double *const __restrict stretch = b.stretch, *const __restrict rotation = b.rotation;
     double *const __restrict speed = b.speed, *const __restrict viscous = b.viscous;

@@ -130,8 +130,11 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     @property
     def relaxation(self) -> str:
         """What is done to the packing that the law does not do, for the record."""
-        values = {"dashpots": self.dashpots, "drag of the cell": self.cell_drag, "drag": self.drag}
-        aids = [f"{name} {value:.3g}" for name, value in values.items() if value]
+        aids = [
+            f"{name} {value:g}"
+            for name, value in (("dashpots and quench of the cell", self.dashpots), ("drag", self.drag))
+            if value
+        ]
         return f"{' and '.join(aids)} in {', '.join(self.settling)}" if aids else "none"
 
     @property
@@ -145,11 +148,6 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     def softest(self) -> float:
         """Smallest K_N of any stage."""
         return self.law_in_units.kn
-
-    @property
-    def cell_drag(self) -> float:
-        """Damping of the cell in the settling stages, near the critical one of a cell as stiff as its contacts [1/T0]."""
-        return math.sqrt(self.softest / self.cell_inertia) if self.dashpots else 0.0
 
     @property
     def hold_time(self) -> float:
@@ -210,7 +208,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
             "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,
             "convention": self.convention,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
-            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots, "cell_drag": self.cell_drag,
+            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots,
             "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
             "scheme": self.scheme, "account": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),

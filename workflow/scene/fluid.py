@@ -25,66 +25,67 @@ from workflow.scene.grains import Discs, Floats, cell_length, place, strips
 LIBRARY = "hard_discs.so"
 CHAIN = 4.0  # length of a chain in largest diameters: a few free paths at the lowest densities
 MIXING = 32.0  # way of a disc on average in largest diameters; nothing measured changes after 16 (docs/model.md)
+DENSEST = 0.8  # solid fraction, gaps included, that is tried: equal discs freeze at 0.70, unequal ones jam near 0.84
 _THIN = 0.3  # solid fraction at which random addition is easy whatever the sizes
-_PASSES = 1000  # of growth, which takes about 20
+_PASSES = 300  # of growth, which takes 10 to 30
 _AT_ONCE = 1_000_000  # chains drawn
 
 
 def fluid(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator) -> Discs:
     """Hard discs of diameters d + ``gap`` in equilibrium at sum(pi d^2/4)/A = ``solid_fraction``, every gap at least ``gap``.
 
-    They start as smaller discs added at random in random order, which has nearly the long-wave density fluctuations of the
-    fluid; between event chains each grows as far as its neighbours allow until all have their size; then chains mix them.
+    They start where smaller discs lie that were added at random in random order, which has nearly the long-wave density
+    fluctuations of the fluid.  There each grows as far as its neighbours allow, between event chains, until all have their
+    size; then chains mix them.
 
     Raises InputError if they do not fit.
     """
     length = cell_length(diameter, solid_fraction)
     reach = diameter + gap
     full = solid_fraction * float(np.sum(reach**2) / np.sum(diameter**2))
+    if full > DENSEST:
+        raise InputError(
+            f"initial solid fraction {solid_fraction} with gaps of {gap:g} is too high: discs as large as that fill {full:.3g}, "
+            f"of which a fluid can fill {DENSEST}; use a lower --phi0"
+        )
     shrink = min(1.0, float(np.sqrt(_THIN / full)))
     start = place(shrink * reach, shrink**2 * full, 0.0, rng, by_size=False)
     size = np.empty_like(diameter)
     size[np.argsort(start.diameter, kind="stable")] = np.sort(diameter)
-    chains = _Chains(start.position, 0.5 * start.diameter, 0.5 * (size + gap) + 4.0 * np.finfo(float).eps * length, length)
-    for _ in range(_PASSES):
-        small = chains.grow()
-        if not small:
-            break
-        chains.mix(1.0, rng)
-    else:
-        raise InputError(
-            f"initial solid fraction {solid_fraction} is too high: {small} of {len(size)} discs found no room to grow to their "
-            f"size with gaps of {gap:g}; use a lower --phi0"
-        )
-    chains.mix(MIXING, rng)
+    position = equilibrate(start.position, size, gap, length, rng)
     cell = np.array([length, length])
-    order = strips(chains.position, cell)
-    return Discs(size[order], chains.position[order], cell)
+    order = strips(position, cell)
+    return Discs(size[order], position[order], cell)
 
 
-class _Chains:
-    """Discs of ``radius`` (N,) up to ``wanted`` at ``position`` (N, 2) in a periodic square, and what moves them."""
+def equilibrate(start: Floats, diameter: Floats, gap: float, length: float, rng: np.random.Generator) -> Floats:
+    """Positions (N, 2) of the fluid in a periodic square of side ``length`` that began at the points ``start`` (N, 2).
 
-    def __init__(self, position: Floats, radius: Floats, wanted: Floats, length: float) -> None:
-        self.position, self.radius = np.ascontiguousarray(position), np.minimum(radius, wanted)
-        self.wanted, self.length, self.widest = wanted, length, 2.0 * float(wanted.max())
+    Raises InputError if not all discs find room to grow to ``diameter`` + ``gap``.
+    """
+    position, radius = np.array(start, dtype=float, order="C"), np.zeros(len(diameter))
+    wanted = 0.5 * (diameter + gap) + 4.0 * np.finfo(float).eps * length  # a step is rounded as coordinates are
+    widest = 2.0 * float(wanted.max())
+    for _ in range(_PASSES):
+        small = _library().hard_discs_grow(len(radius), position, radius, wanted, widest, length)
+        _mix(position, radius, widest, length, MIXING if not small else 1.0, rng)
+        if not small:
+            return position
+    raise InputError(
+        f"{small} of {len(radius)} discs found no room to grow to their size with gaps of {gap:g} in a cell of {length:.4g} a; "
+        "use a lower --phi0"
+    )
 
-    def grow(self) -> int:
-        """Each disc in turn grows as far as the others allow, up to its size; how many are still too small."""
-        return _library().hard_discs_grow(len(self.radius), self.position, self.radius, self.wanted, self.widest, self.length)
 
-    def mix(self, way: float, rng: np.random.Generator) -> None:
-        """Event chains until the discs went ``way`` largest diameters on average; their number is fixed beforehand."""
-        count = len(self.radius)
-        left = -int(-way * count // CHAIN)
-        while left > 0:
-            now = min(left, _AT_ONCE)
-            first = rng.integers(count, size=now, dtype=np.int32)
-            axis = rng.integers(2, size=now, dtype=np.int8)
-            _library().hard_discs_chains(
-                count, self.position, self.radius, self.widest, self.length, now, first, axis, CHAIN * self.widest
-            )
-            left -= now
+def _mix(position: Floats, radius: Floats, widest: float, length: float, way: float, rng: np.random.Generator) -> None:
+    """Event chains until discs went ``way`` x ``widest`` on average; their number is fixed beforehand, whatever they meet."""
+    count = len(radius)
+    chains = -int(-way * count // CHAIN)
+    for done in range(0, chains, _AT_ONCE):
+        now = min(chains - done, _AT_ONCE)
+        first = rng.integers(count, size=now, dtype=np.int32)
+        axis = rng.integers(2, size=now, dtype=np.int8)
+        _library().hard_discs_chains(count, position, radius, widest, length, now, first, axis, CHAIN * widest)
 
 
 @cache

@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 _PROPOSALS = 40_000  # points tried per round; enough to fill the last holes of a dense cell in few rounds
 _AT_ONCE = 65_536  # points whose neighbours are looked at
-_CLASSES = 16  # size classes placed one after the other, largest first
+_CLASSES = 16  # classes placed one after the other
 _ROUNDS_WITHOUT_SUCCESS = 100
 
 
@@ -44,8 +44,17 @@ def diameters(count: int, smallest: float, rng: np.random.Generator) -> Floats:
 
 
 def cell_length(diameter: Floats, solid_fraction: float) -> float:
-    """Side L of the square cell in which the discs fill ``solid_fraction``: L^2 = sum(pi d^2/4)/Phi."""
-    return float(np.sqrt(np.sum(np.pi * diameter**2 / 4.0) / solid_fraction))
+    """Side L of the square cell in which the discs fill ``solid_fraction``: L^2 = sum(pi d^2/4)/Phi.
+
+    Raises InputError if a disc would touch its own image.
+    """
+    length = float(np.sqrt(np.sum(np.pi * diameter**2 / 4.0) / solid_fraction))
+    if 2.0 * diameter.max() > length:
+        raise InputError(
+            f"cell length L = {length:.4g} a for {len(diameter)} grain(s) at solid fraction {solid_fraction} is below two "
+            "diameters: a grain would touch its own image; use more grains or a lower solid fraction"
+        )
+    return length
 
 
 VELOCITIES = ("temperature", "same", "unit_disc", "mean_energy")  # what ``speed`` of `gaussian` is
@@ -67,21 +76,16 @@ def gaussian(diameter: Floats, speed: float, meaning: str, rng: np.random.Genera
     return velocity * (speed / scale) if scale > 0.0 and len(diameter) > 1 else np.zeros_like(velocity)
 
 
-def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator) -> Discs:
-    """Random sequential addition, larger discs first, every gap at least ``gap``.
+def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator, *, by_size: bool = True) -> Discs:
+    """Random sequential addition, larger discs first (``by_size``) or in random order, every gap at least ``gap``.
 
-    A round proposes uniform points for the next size class and keeps what overlaps neither a placed disc nor a proposal of
-    a larger one; the cells of a grid tell which discs are near, so the cost grows as N.
+    A round proposes uniform points for the next class and keeps what overlaps neither a placed disc nor a proposal of an
+    earlier one; the cells of a grid tell which discs are near, so the cost grows as N.
 
-    Raises InputError if the discs do not fit: random addition of discs with diameters in [a/2, a] jams near Phi = 0.6.
+    Raises InputError if the discs do not fit: discs with diameters in [a/2, a] jam near Phi = 0.6, in random order near 0.47.
     """
     length = cell_length(diameter, solid_fraction)
-    if 2.0 * diameter.max() > length:
-        raise InputError(
-            f"cell length L = {length:.4g} a for {len(diameter)} grain(s) at solid fraction {solid_fraction} is below two "
-            "diameters: a grain would touch its own image; use more grains or a lower solid fraction"
-        )
-    grid = _Grid(np.sort(diameter)[::-1], length, gap)
+    grid = _Grid(np.sort(diameter)[::-1] if by_size else rng.permutation(diameter), length, gap)
     placed = np.zeros(len(diameter), dtype=bool)
     failures = 0
     while not placed.all():
@@ -90,10 +94,11 @@ def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
         placed[accepted] = True
         failures = 0 if len(accepted) else failures + 1
         if failures == _ROUNDS_WITHOUT_SUCCESS:
+            mixed = "0.61" if by_size else "0.47"
             raise InputError(
                 f"initial solid fraction {solid_fraction} is too high: {np.sum(~placed)} of {len(placed)} discs found no free "
-                f"place in {failures * _PROPOSALS} tries; use a lower --phi0: "
-                "equal discs jam near 0.547, sizes in [0.5, 1] near 0.61"
+                f"place in {failures * _PROPOSALS} tries; use --initial fluid or a lower --phi0: "
+                f"equal discs jam near 0.547, sizes in [0.5, 1] near {mixed}"
             )
     cell = np.array([length, length])
     order = strips(grid.position, cell)
@@ -105,24 +110,24 @@ def _propose(waiting: NDArray[np.intp], grid: _Grid, rng: np.random.Generator) -
     disc = np.repeat(waiting, max(1, _PROPOSALS // len(waiting)))
     points = rng.uniform(0.0, grid.length, (len(disc), 2))
     free = np.flatnonzero(~grid.clash(disc, points))
-    disc, first = np.unique(disc[free], return_index=True)  # one try per disc; larger discs have lower rows
+    disc, first = np.unique(disc[free], return_index=True)  # one try per disc; earlier discs have lower rows
     points = points[free[first]]
     before = grid.add(disc, points)
-    keep = ~grid.clash(disc, points, larger=True)
+    keep = ~grid.clash(disc, points, earlier=True)
     grid.newest[grid.cell(points)] = before  # all out again
     grid.add(disc[keep], points[keep])
     return disc[keep]
 
 
 class _Grid:
-    """Discs of ``size``, largest first, in cells of a periodic square: each a chain from its ``newest`` disc to ``older`` ones.
+    """Discs of ``size`` in cells of a periodic square: each a chain from its ``newest`` disc to ``older`` ones.
 
     A cell is wider than the distance at which the largest two clash, so what clashes is in one cell or in two that touch.
     """
 
     def __init__(self, size: Floats, length: float, gap: float) -> None:
         self.size, self.length, self.gap = size, length, gap
-        widest = length / ((size[0] + gap) * (1.0 + 1e-9))  # a point at a border may be rounded across it
+        widest = length / ((size.max() + gap) * (1.0 + 1e-9))  # a point at a border may be rounded across it
         self.across = max(1, int(min(widest, np.sqrt(2 * len(size)))))
         self.position = np.empty((len(size), 2))
         self.newest = np.full(self.across**2, -1, dtype=np.int32)  # LAMMPS numbers grains so too
@@ -146,12 +151,12 @@ class _Grid:
         self.newest[cell[order[last]]] = disc[order[last]]
         return before
 
-    def clash(self, disc: NDArray[np.intp], points: Floats, *, larger: bool = False) -> NDArray[np.bool_]:
-        """Whether each disc at its point comes too near to one that is in the cells, or to a ``larger`` one there."""
+    def clash(self, disc: NDArray[np.intp], points: Floats, *, earlier: bool = False) -> NDArray[np.bool_]:
+        """Whether each disc at its point comes too near to one that is in the cells, or to an ``earlier`` one there."""
         parts = [slice(k, k + _AT_ONCE) for k in range(0, len(disc), _AT_ONCE)]
-        return np.concatenate([disc[:0] > 0, *(self._clash(disc[part], points[part], larger) for part in parts)])
+        return np.concatenate([disc[:0] > 0, *(self._clash(disc[part], points[part], earlier) for part in parts)])
 
-    def _clash(self, disc: NDArray[np.intp], points: Floats, larger: bool) -> NDArray[np.bool_]:
+    def _clash(self, disc: NDArray[np.intp], points: Floats, earlier: bool) -> NDArray[np.bool_]:
         found, size = np.zeros(len(disc), dtype=bool), self.size[disc]
         for right, up in product((-1, 0, 1), repeat=2):
             ask = np.flatnonzero(~found)
@@ -161,7 +166,7 @@ class _Grid:
                 apart = np.abs(points[ask] - self.position[other])
                 apart = np.minimum(apart, self.length - apart)
                 near = np.sqrt(apart[:, 0] ** 2 + apart[:, 1] ** 2) < 0.5 * (size[ask] + self.size[other]) + self.gap
-                found[ask] |= near & (other < disc[ask]) if larger else near
+                found[ask] |= near & (other < disc[ask]) if earlier else near
                 other = self.older[other]
         return found
 

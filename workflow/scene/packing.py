@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from workflow.errors import InputError
+from workflow.scene.fluid import fluid
 from workflow.scene.grains import Discs, diameters, place
 from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Readings, Step, choose_step
 
@@ -180,9 +181,12 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
 
     @cached_property
     def gas(self) -> Discs:
-        """The initial discs: random, not overlapping, every gap at least D0."""
+        """The initial discs: random, not overlapping, every gap at least D0; the sizes do not depend on ``initial``."""
         rng = self.random("placement")
-        return place(diameters(self.n, self.smallest, rng), self.phi0, self.law_in_units.d0, rng)
+        size, gap = diameters(self.n, self.smallest, rng), self.law_in_units.d0
+        if self.initial == "fluid":
+            return fluid(size, self.phi0, gap, self.random("fluid"))
+        return place(size, self.phi0, gap, rng, by_size=self.initial == "addition_by_size")
 
     @property
     def check_interval(self) -> int:

@@ -7,4 +7,4 @@ One way through, each step with one door::
 The command is ``wf``; every command is a thin layer over plain functions of this package.
 """
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

@@ -40,7 +40,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {
-        "cell": ("lengths", "strain"), "rate_cap": (0.0, 0.0), "wall_cap": (0.0, 0.0),
+        "initial": ("fluid", "random_addition"), "cell": ("lengths", "strain"), "rate_cap": (0.0, 0.0), "wall_cap": (0.0, 0.0),
     }  # fmt: skip
 
     def __post_init__(self) -> None:

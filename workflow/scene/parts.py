@@ -52,10 +52,10 @@ class Grains(Parameters):
         source="G07 sec. II A",
     )  # fmt: skip
     initial: str = quantity(
-        "addition_by_size", str, "initial state: a hard-disc fluid in equilibrium, as mixing leaves it and at every phi0; or "
+        None, str, "initial state: a hard-disc fluid in equilibrium, as mixing leaves it and at every phi0; or "
         "random_addition, disc by disc, jams earlier (sizes in [0.5, 1] near 0.47); or addition_by_size, largest first, which "
         "puts small discs between large ones", choices=("fluid", "random_addition", "addition_by_size"),
-        source="D, G07 sec. III A is silent",
+        source="D, G07 sec. III A is silent", automatic=True,
     )  # fmt: skip
     seed: int = quantity(1, int, "seed of sizes and positions", low=0, high=2**63 - 1)
 

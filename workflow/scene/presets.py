@@ -63,9 +63,8 @@ def _of_version_2(name: str, values: dict[str, Any]) -> dict[str, Any]:
     `checkpoint_interval` among them, and those of later versions stand for what it did."""
     if "as_printed" in values or not {"scheme", "checkpoint_interval"} <= set(values):
         return values
-    packed = issubclass(SCENES[name], Packing)
-    then: dict[str, Any] = {"as_printed": True} | ({"dashpots": 0.0, "drag": 1.0} if packed else {})
-    return then | values
+    packed = {"dashpots": 0.0, "drag": 1.0, "initial": "addition_by_size"} if issubclass(SCENES[name], Packing) else {}
+    return {"as_printed": True, **packed, **values}
 
 
 def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --help'") -> dict[str, Any]:

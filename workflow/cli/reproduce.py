@@ -24,6 +24,7 @@ from workflow.study.evaluate import frame_index, law_of
 from workflow.study.jobs import Outcome
 from workflow.study.papers import Drawing, Paper, papers, points_of, read_paper
 from workflow.study.pool import Earlier, origin, read_earlier, take_figure
+from workflow.study.readings import lines, read_readings, write_readings
 from workflow.study.reproduce import provenance, rows, samples_of
 from workflow.study.scoreboard import Row, counts, sections, texts, write
 
@@ -38,6 +39,8 @@ wf reproduce gilabert2007 --scheduler slurm --time 12:00:00
                                                      as a job array; then --no-run for the scoreboard
 wf reproduce gilabert2007 --no-run --pool docs/results/gilabert2007/scoreboard.json
                                                      with the samples of a scoreboard made elsewhere
+wf reproduce gilabert2007 --readings --dry-run       what the readings of the procedure would cost
+wf reproduce gilabert2007 --readings "W 0.3,W 0.6"   these two against the printed numbers, chi^2 of each
 wf status runs/gilabert2007                          where it stands
 """
 
@@ -49,6 +52,8 @@ def declare(commands: Any) -> None:
     parser.add_argument("--table", metavar="T", help="tables: 2, or 2..5, or 2,5,text (default: everything)")
     parser.add_argument("--figure", metavar="F", help="figures: 9, or 9b, or 9..12, or 9,23 (default: everything)")
     parser.add_argument("--quick", action="store_true", help="few and small samples, in minutes; not the paper's size")
+    parser.add_argument("--readings", metavar="R", nargs="?", const="", help="readings of the procedure (default all, or names "
+                        "with commas) against the numbers that decide, instead of the scoreboard")  # fmt: skip
     parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
     add_jobs(parser)
@@ -65,6 +70,8 @@ def action(arguments: argparse.Namespace) -> int:
     if arguments.samples is not None and arguments.samples < 1:
         raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
     paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
+    if arguments.readings is not None:
+        return _readings(arguments, profile)
     earlier = [read_earlier(path) for path in arguments.pool]
     numbers, drawings = paper.chosen(_list(arguments.table, "--table"), _list(arguments.figure, "--figure"))
     folder = arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else ""))
@@ -94,6 +101,34 @@ def action(arguments: argparse.Namespace) -> int:
         print((folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": figures}))
         return ended(outcome)
     _summary(paper, found, figures, folder)
+    return ended(outcome)
+
+
+def _readings(arguments: argparse.Namespace, profile: Any) -> int:
+    """Compute what the readings lack, and compare each with the numbers that decide."""
+    for given, option in ((arguments.table, "--table"), (arguments.figure, "--figure"), (arguments.pool, "--pool")):
+        if given:
+            raise InputError(f"{option} is of the scoreboard: leave it out beside --readings")
+    if arguments.quick:
+        raise InputError("--quick is of the scoreboard: choose fewer readings, or --samples 1, beside --readings")
+    names = [name.strip() for name in arguments.readings.split(",")] if arguments.readings else None
+    of = read_readings(arguments.paper, chosen=names, samples=arguments.samples)
+    folder = arguments.out or Path("runs") / f"{of.paper.name}-readings"
+    study = Study(folder, points_of([number for one in of.readings for number in of.of(one)], []))
+    if arguments.dry_run:
+        print(plan(study, profile, arguments))
+        return 0
+    if profile and not arguments.no_run:
+        return send(study, profile, arguments)
+    if arguments.no_run:
+        declare_and_adopt(study, arguments)
+    outcome = Outcome() if arguments.no_run else carry_out(study, arguments, ranks=arguments.ranks)
+    if outcome.interrupted:
+        return ended(outcome)
+    found = [line for one in of.readings for line in lines(one, rows(study, of.of(one), [], _say))]
+    _say("")
+    write_readings(folder, of, found, provenance(study, shlex.join(["wf", *sys.argv[1:]])))
+    print((folder / f"readings.{'json' if arguments.json else 'md'}").read_text(encoding="utf-8"), end="")
     return ended(outcome)
 
 

@@ -124,11 +124,16 @@ def papers() -> list[str]:
     return sorted(path.name.removesuffix(".toml") for path in _folder().iterdir() if path.name.endswith(".toml"))
 
 
-def read_paper(name: str, *, quick: bool = False, samples: int | None = None) -> Paper:
-    """The paper ``name``; ``quick``: fewer and smaller samples; ``samples``: so many of each kind instead of the paper's."""
+def load_paper(name: str) -> dict[str, Any]:
+    """What papers/NAME.toml declares.  Raises InputError for an unknown name."""
     if name not in papers():
         raise unknown_name(name, papers(), "paper")
-    data = tomllib.loads((_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    return tomllib.loads((_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def read_paper(name: str, *, quick: bool = False, samples: int | None = None) -> Paper:
+    """The paper ``name``; ``quick``: fewer and smaller samples; ``samples``: so many of each kind instead of the paper's."""
+    data = load_paper(name)
     small = data["quick"] if quick else None
     numbers: list[Printed] = []
     cases: dict[tuple[str, str, str], Case] = {}

@@ -141,7 +141,9 @@ def test_loss_closes_the_account(
         lost = float(energy[4:].sum())
         found.append(abs(kinetic(sample.frame()) + energy.sum() - before) / lost)
     assert lost > 0.1 * speed**2
-    print(scheme, speed, found)
+    # 16^2 = 256 between the first and the last, less where a few contacts begin or end at another phase of a step; a loss
+    # counted on the elastic displacement alone, not on the slip beside it, leaves 13 % at every step
+    assert found[0] < 2e-3 and found[2] < found[0] / 60
 
 
 def test_dashpots_are_part_of_the_contact_table(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:

@@ -216,8 +216,8 @@ def measure(
     through.  ``stress``: xx, yy, xy, yx, pressure, targets and ``deviation``, the largest |sigma - target| (None
     without target).  ``unbalanced_force``: largest net ``force``/F1 and ``moment``/(F1 a) from the contact table, and
     the largest differences to the engine's sums in the same units.  ``kinetic_energy``: ``per_grain`` without mean
-    drift and, without cohesion, rattlers, ``raw`` with both.  ``rumpf_ratio``: None if the mean force is below tolerance.  Raises
-    InputError.
+    drift and, without cohesion, rattlers, ``raw`` with both.  ``rumpf_ratio``: None if the mean force is below tolerance.
+    Raises InputError.
     """
     if not force_unit > 0:
         raise InputError(f"force_unit is {force_unit}; it must be positive: give max(F0, P a)")

@@ -20,8 +20,8 @@ MOST_STRESSES = 200  # of one run
 class Consolidation(Method2):
     """Scene `consolidation`.
 
-    Stages 1 to 4 are those of method 2; then for each stress P*: load (no dashpots, until borne), settle (dashpots, to equilibrium),
-    named "load P" and "settle P", of the falling series "unload P" and "resettle P".
+    Stages 1 to 4 are those of method 2; then for each stress P*: load (no dashpots, until borne), settle (dashpots, to
+    equilibrium), named "load P" and "settle P", of the falling series "unload P" and "resettle P".
     """
 
     name: ClassVar[str] = "consolidation"

@@ -14,7 +14,7 @@ from workflow.archive.foreign import foreign_frames
 from workflow.deck.render import data_file, templates
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError
-from workflow.scene.grains import Discs, cell_length, diameters, maxwell, place, strips
+from workflow.scene.grains import Discs, cell_length, diameters, gaussian, place, strips
 
 GAS, DENSE = 0.36, 0.80  # solid fractions
 SPEED = 0.3  # root mean square speed of the gas
@@ -25,7 +25,7 @@ def gas(n: int) -> Discs:
     """``n`` discs with diameters in [1/2, 1] at solid fraction GAS with Maxwell velocities; the same for the same n."""
     rng = np.random.default_rng(n)
     discs = place(diameters(n, 0.5, rng), GAS, GAP, rng)
-    return Discs(discs.diameter, discs.position, discs.cell, maxwell(discs.diameter, SPEED, rng))
+    return Discs(discs.diameter, discs.position, discs.cell, gaussian(discs.diameter, SPEED, "temperature", rng))
 
 
 def dense(n: int, folder: Path) -> Discs:

@@ -12,12 +12,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
-from workflow.scene.grains import Discs, maxwell
+from workflow.scene.grains import Discs, gaussian
 from workflow.scene.packing import Packing
 from workflow.scene.quantity import quantity
 
 # what a cell under stress needs and this deck has not
-OF_STRESS = ("stress", "cell_mass", "rate_cap", "convention", "drag")
+OF_STRESS = ("stress", "cell", "cell_mass", "rate_cap", "wall_cap", "convention", "drag", "dashpots", "cell_drag")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class FreeCooling(Packing):
     def gas(self) -> Discs:
         """That of the other scenes, with velocities of a Maxwell distribution."""
         still = super().gas
-        return replace(still, velocity=maxwell(still.diameter, self.v0, self.random("velocities")))
+        return replace(still, velocity=gaussian(still.diameter, self.v0, "temperature", self.random("velocities")))
 
     @property
     def start_energy(self) -> float:

@@ -60,7 +60,7 @@ struct CohesiveLaw {
    critical damping sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.
 
    The dissipated energy is what the kicks of the scheme take: over a step the mean of the viscous forces at its
-   beginning and at its end times the distance passed. */
+   beginning and at its end times the distance passed, the whole of it also where a slider gives way. */
 template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_, bool DASHPOTS_ = false>
 struct Cohesive {
   static constexpr bool SECOND = SECOND_, COHESION = COHESION_, FRICTION = FRICTION_, ROLLING = ROLLING_,
@@ -107,12 +107,12 @@ struct Cohesive {
       }
       if (COHESION) normal -= h < 0.0 ? f0 : h < d0 ? f0 - tail * h : 0.0;
       if (FRICTION) {
-        const double vt = (SECOND ? ut + turn * un : ut) - b.surface[k];
-        const double kept = slide<ACCOUNT>(stretch[k], vt * dt, sliding_limit * elastic, kt, b.lost_sliding[k]);
+        const double passed = ((SECOND ? ut + turn * un : ut) - b.surface[k]) * dt;
+        const double kept = slide<ACCOUNT>(stretch[k], passed, sliding_limit * elastic, kt, b.lost_sliding[k]);
         tangential = -kt * kept;
         if (DASHPOTS) {
-          const double change = kept - stretch[k], dashpot = -gamma_t * eta[k] * change * closed;
-          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_t[k] + dashpot) * change;
+          const double dashpot = -gamma_t * eta[k] * (kept - stretch[k]) * closed;
+          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_t[k] + dashpot) * passed;
           viscous_t[k] = dashpot;
           tangential += dashpot;
         }
@@ -120,11 +120,12 @@ struct Cohesive {
         b.tangential[k] = tangential;
       }
       if (ROLLING) {
-        const double kept = slide<ACCOUNT>(rotation[k], b.spin[k] * dt, rolling_limit * elastic, kr, b.lost_rolling[k]);
+        const double turned = b.spin[k] * dt;
+        const double kept = slide<ACCOUNT>(rotation[k], turned, rolling_limit * elastic, kr, b.lost_rolling[k]);
         double moment = -kr * kept;
         if (DASHPOTS) {
-          const double change = kept - rotation[k], dashpot = -gamma_r * b.touch[k] * eta[k] * change * closed;
-          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_r[k] + dashpot) * change;
+          const double dashpot = -gamma_r * b.touch[k] * eta[k] * (kept - rotation[k]) * closed;
+          if (ACCOUNT) b.lost_viscous[k] -= 0.5 * (viscous_r[k] + dashpot) * turned;
           viscous_r[k] = dashpot;
           moment += dashpot;
         }
@@ -164,17 +165,23 @@ struct Cohesive {
       }
       const double elastic = -law.kn * h;
       if (FRICTION && entered) {
-        const double slip = within * dt * (ut + turn * un - b.surface[k]);
-        b.stretch[k] = slide<ACCOUNT>(0.0, slip, law.mu / law.kt * elastic, law.kt, b.lost_sliding[k]);
+        const double passed = dt * (ut + turn * un - b.surface[k]), limit = law.mu / law.kt * elastic;
+        b.stretch[k] = slide<ACCOUNT>(0.0, within * passed, limit, law.kt, b.lost_sliding[k]);
         tangential = -law.kt * b.stretch[k] - b.tangential[k];
         b.tangential[k] += tangential;
-        if (DASHPOTS) b.viscous_t[k] = 0.0;    // dashpots act from the next step on
+        if (DASHPOTS) {    // they act from the next step on
+          if (ACCOUNT) b.lost_viscous[k] += 0.5 * b.viscous_t[k] * passed;
+          b.viscous_t[k] = 0.0;
+        }
       }
       if (ROLLING && entered) {
-        const double angle = within * dt * b.spin[k];
-        b.rotation[k] = slide<ACCOUNT>(0.0, angle, law.mur / law.kr * elastic, law.kr, b.lost_rolling[k]);
+        const double turned = dt * b.spin[k], limit = law.mur / law.kr * elastic;
+        b.rotation[k] = slide<ACCOUNT>(0.0, within * turned, limit, law.kr, b.lost_rolling[k]);
         b.moment[k] = -law.kr * b.rotation[k];
-        if (DASHPOTS) b.viscous_r[k] = 0.0;
+        if (DASHPOTS) {
+          if (ACCOUNT) b.lost_viscous[k] += 0.5 * b.viscous_r[k] * turned;
+          b.viscous_r[k] = 0.0;
+        }
       }
       b.fx[k] += normal * nx - tangential * ny;
       b.fy[k] += normal * ny + tangential * nx;

@@ -32,7 +32,7 @@ LAW = {
     "series_interval": 0.005,
 }
 SCENES: list[Packing] = [
-    Method1(**LAW, pstar=100.0, cell_mass=0.01, rate_cap=10.0, drag=0.0),
+    Method1(**LAW, pstar=100.0, cell_mass=0.001, rate_cap=10.0, dashpots=0.0),
     Method2(**LAW, v0=100.0),
 ]
 

@@ -24,13 +24,14 @@ def figures(frame: Frame, cohesive: bool) -> list[float]:
     carries = np.ones(len(table), bool) if cohesive else table.elastic > FORCE * 2.0
     links = np.bincount(np.concatenate((table.i[carries], table.j[carries])), minlength=frame.grains)
     held = links >= (1 if cohesive else 2)
-    momentum = mass[held] @ frame.velocity[held]
+    watched = held | cohesive  # all grains where the law attracts
+    momentum = mass[watched] @ frame.velocity[watched]
     # the elastic and attractive parts depend on the frame alone; N_v is what acted
     stress = ((table.force * table.branch).sum(axis=0) + mass @ frame.velocity**2) / frame.area
     approach = -np.einsum("ka,ka->k", table.normal, frame.velocity[table.j] - frame.velocity[table.i])
     return [
         np.hypot(*frame.force.T).max(), np.abs(frame.torque).max(), *stress,
-        (energy[held].sum() - momentum @ momentum / (2.0 * mass[held].sum())) / held.sum(), energy.mean(),
+        (energy[watched].sum() - momentum @ momentum / (2.0 * mass[watched].sum())) / watched.sum(), energy.mean(),
         frame.grains - held.sum(), np.sum(table.touching), np.sum(~table.touching), -table.gap.min(), approach.max(),
     ]  # fmt: skip
 
@@ -52,6 +53,64 @@ def test_figures_are_those_of_the_frame(
     assert (
         (law is COHESIVE or expected[6] > 0) and expected[7] > 60 and vector[13] == 0.0 == sample.engine.extract_fix("eq", 0, 0)
     )
+
+
+def borne(frame: Frame) -> np.ndarray:
+    """Stress that contacts and attraction bear, without the kinetic part."""
+    return np.asarray((frame.contacts.force * frame.contacts.branch).sum(axis=0) / frame.area)
+
+
+LAW = {"kn": 1e3, "f0": 1.0, "d0": 1e-3, "zeta": 0.8}
+APART = {"position": np.stack(np.meshgrid([1.0, 4.0, 7.0], [1.0, 4.0, 7.0]), -1).reshape(-1, 2), "diameter": np.ones(9)}
+PRESSURES = [float(p) for p in 10.0 ** np.arange(-8, 2.5, 0.5)]
+
+
+def judged(sample: Any, pressure: float) -> tuple[bool, np.ndarray]:
+    """Verdict of the fix at one look under a stress, after a step in which nothing moves, with the criterion of the kinetic
+    energy wide open; its figures."""
+    words = f"unit {max(1.0, pressure):.17g} stress {pressure:.17g} {pressure:.17g} energy 1e30"
+    sample.command(f"timestep 1e-12\nfix eq all disc/equilibrium 1 {words}\nrun 1")
+    return sample.engine.extract_fix("eq", 0, 0) == 1.0, sample.vector("eq", 20)
+
+
+def test_an_empty_cell_bears_nothing(discs: Callable[..., Any]) -> None:
+    """Discs at rest that touch nothing: every net force is zero, and 1e-4 F0/a may be more than the stress they should bear."""
+    sample = discs(**APART, law=LAW)
+    for pressure in PRESSURES:
+        verdict, figures = judged(sample, pressure)
+        assert not verdict
+        assert figures[16] >= 100.0 * (1.0 - 1e-12)  # of a tolerance that is P/100 at most
+
+
+def test_a_gas_under_its_own_pressure_bears_nothing(discs: Callable[..., Any]) -> None:
+    """Its kinetic stress is exactly what is imposed, with no net force on any disc."""
+    sample = discs(**APART, law=LAW)
+    for pressure in PRESSURES:
+        speed = np.sqrt(pressure * 100.0 / 9.0)
+        sample.command(f"velocity all set {speed:.17g} {speed:.17g} 0")
+        verdict, figures = judged(sample, pressure)
+        np.testing.assert_allclose(figures[2:4], pressure, rtol=1e-12)
+        assert figures[7] == figures[8] == 0.0 and not verdict
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.005, 1.02, 0.98, 0.0])
+def test_only_contacts_that_bear_the_stress_are_in_equilibrium(discs: Callable[..., Any], factor: float) -> None:
+    """Sixteen unit discs on a square lattice in whose contacts N = factor P d, so that they bear the stress factor P: every
+    net force is zero, whatever it is."""
+    row = 0.999 * (np.arange(4) + 0.5)
+    sample = discs(position=np.stack(np.meshgrid(row, row), -1).reshape(-1, 2), diameter=np.ones(16), cell=np.full(2, 3.996),
+                   law=LAW)  # fmt: skip
+    for pressure in PRESSURES:
+        length = 4.0 * (1.0 - (1.0 + factor * pressure) / (LAW["kn"] + factor * pressure))
+        sample.command(f"change_box all x final 0 {length:.17g} y final 0 {length:.17g} remap units box")
+        verdict, figures = judged(sample, pressure)
+        stress = borne(sample.frame())
+        # K_N times the rounding of places near 4, 1e-15, over the contacts of an axis
+        np.testing.assert_allclose(stress, factor * pressure, rtol=1e-9, atol=1e-12)
+        tolerance = min(1e-4 * max(1.0, pressure), 0.01 * pressure)
+        error = np.abs(stress - pressure).max() / tolerance
+        assert figures[16] == pytest.approx(error, rel=1e-6, abs=1e-3)
+        assert verdict is (factor == 1.0 or (factor == 1.005 and pressure < 0.015))
 
 
 def test_two_ranks_measure_the_same(ranks: Callable[..., Frame], gas: Callable[..., Any], tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from workflow.analysis.frame import Frame
 
 LAW = {"kn": 1e4, "kt": 8e3, "zeta": 0.4, "mu": 0.15, "f0": 0.5, "d0": 5e-3, "kr": 2.0, "mur": 1e-2}
-MOVE = "stress 20 20 rate 0.4"
+MOVE = "stress 20 20 cell strain mass 0.3 rate 0.4"
 CHECK = "fix eq all disc/equilibrium 10 unit 1 energy 1e9 force 1e9\n"
 
 

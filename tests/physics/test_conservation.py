@@ -18,6 +18,7 @@ MOVES = {
     "dragged": "stress 3 3 drag 0.5",
 }
 MOVES |= {"Parrinello-Rahman": "stress 3 2 mass 1 convention -1", "affine": "stress 3 2 mass 1 convention 1"}
+MOVES |= {"strain": "stress 3 2 cell strain mass 1", "walls": "stress 50 50 wall 1", "quenched": "stress 3 3 quench 1"}
 
 
 def test_momentum(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
@@ -68,7 +69,7 @@ def residual(sample: Any, steps: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("name", MOVES)
-def test_energy_account_closes_as_the_step_shrinks(discs: Callable[..., Any], gas: Callable[..., Any], name: str) -> None:
+def test_energy_account_closes_to_second_order(discs: Callable[..., Any], gas: Callable[..., Any], name: str) -> None:
     """kinetic + stored + lost + taken by drag - work of the cell stays what it was."""
     found = []
     for refinement in (1, 4, 16):
@@ -76,5 +77,21 @@ def test_energy_account_closes_as_the_step_shrinks(discs: Callable[..., Any], ga
         error, lost = residual(sample, 800 * refinement)
         found.append(abs(error) / lost)
     assert lost > 1.0
-    # first order: the velocity of half a step before enters the damping, of which sqrt(2 K_N/m) dt is up to 0.06
-    assert found[0] < 0.06 and found[1] < found[0] / 2 and found[2] < found[1] / 2
+    # what is counted is what the kicks take, so that only the conservative part of the scheme is left: (omega dt)^2/24 per contact;
+    # 16^2 = 256 between the first and the last, less where a few contacts begin or end at another phase of a step
+    assert found[0] < 1e-3 and found[2] < found[0] / 60
+
+
+@pytest.mark.parametrize("name", ["fixed", "stressed"])
+def test_account_of_the_scheme_of_the_paper_closes_too(
+    discs: Callable[..., Any], gas: Callable[..., Any], rewrite: Callable[[str, str], None], name: str
+) -> None:
+    """Its dampers see the velocity of half a step before, which changes what is lost, but not that it is counted."""
+    rewrite("pair_style disc/cohesive", "pair_style disc/cohesive scheme paper")
+    found = []
+    for refinement in (1, 16):
+        sample = discs(**gas(60, 0.5, seed=4, speed=1.0), law=LAW, step=1e-3 / refinement, move=MOVES[name])
+        error, lost = residual(sample, 800 * refinement)
+        found.append(abs(error) / lost)
+    # 0.2 counted the damper at the half-step velocity: the order of sqrt(2 K_N/m) dt, 0.06
+    assert found[0] < 2e-3 and found[1] < found[0] / 60

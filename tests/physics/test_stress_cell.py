@@ -26,15 +26,25 @@ def spread() -> dict[str, Any]:
 
 
 def inertia(scene: dict[str, Any], factor: float = 0.3) -> float:
-    """M = factor sum(m)/L, L = sqrt(L_x L_y)."""
+    """M = factor sum(m)/L, L = sqrt(L_x L_y), of the equation of the strain."""
     return factor * float(np.sum(scene["diameter"] ** 2)) / math.sqrt(LENGTHS[0] * LENGTHS[1])
+
+
+def weight(scene: dict[str, Any], factor: float = 0.6) -> float:
+    """W = factor sum(m), of the equation of the lengths."""
+    return factor * float(np.sum(scene["diameter"] ** 2))
+
+
+def speeds(sample: Any, start: np.ndarray = LENGTHS) -> np.ndarray:
+    """dL/dt of both axes, from d eps/dt, eps = 1 - L/start."""
+    return -sample.vector("move", 4)[2:] * start
 
 
 @pytest.mark.parametrize("factor", [0.3, 2.0])
 def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[str, Any], factor: float) -> None:
-    """Nothing resists: eps_a = P_a t^2/(2 M), for velocity Verlet as well; discs move affinely and stay at rest."""
+    """G07 eq. 3: eps_a = P_a t^2/(2 M), for velocity Verlet as well; discs move affinely and stay at rest."""
     stress, mass, steps = np.array([0.02, -0.01]), inertia(spread, factor), 900
-    sample = discs(**spread, move=f"stress {stress[0]} {stress[1]} mass {factor}").run(steps)
+    sample = discs(**spread, move=f"stress {stress[0]} {stress[1]} cell strain mass {factor}").run(steps)
     frame, time = sample.frame(), steps * STEP
     strain = stress * time**2 / (2.0 * mass)
     # 900 sums of lengths near 10, each rounded at 1e-15
@@ -44,11 +54,79 @@ def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[
     assert not frame.velocity.any() and not len(frame.contacts)
 
 
+@pytest.mark.parametrize("options", ["", "mass 2"])
+def test_one_free_length_follows_the_parabola(discs: Callable[..., Any], spread: dict[str, Any], options: str) -> None:
+    """W d2L_y/dt2 = -L_x S with L_x fixed: L_y = L_y^0 - S L_x t^2/(2 W), W = 0.6 sum(m) where nothing is said."""
+    stress, mass, steps = 0.02, weight(spread, 2.0 if options else 0.6), 900
+    sample = discs(**spread, move=f"stress NULL {stress} {options}").run(steps)
+    frame, time = sample.frame(), steps * STEP
+    expected = LENGTHS - [0.0, stress * LENGTHS[0] * time**2 / (2.0 * mass)]
+    # 900 sums of lengths near 10, each rounded at 1e-15
+    np.testing.assert_allclose(frame.cell, expected, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(frame.position, spread["position"] * expected / LENGTHS, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(speeds(sample), [0.0, -stress * LENGTHS[0] * time / mass], rtol=1e-11)
+    assert sample.vector("move", 6)[5] == pytest.approx(mass, rel=1e-14)
+
+
+def test_two_free_lengths_pull_on_each_other(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    """W d2L_a/dt2 = -L_b S: L_x + L_y = s cos(w t) and L_x - L_y = d cosh(w t), w^2 = S/W."""
+    stress, steps = 0.1, 900
+    rate, time = math.sqrt(stress / weight(spread)), steps * STEP
+    frame = discs(**spread, move=f"stress {stress} {stress} cell lengths").run(steps).frame()
+    total, difference = LENGTHS.sum() * math.cos(rate * time), (LENGTHS[0] - LENGTHS[1]) * math.cosh(rate * time)
+    expected = np.array([total + difference, total - difference]) / 2.0
+    assert abs(expected - LENGTHS).min() > 0.02
+    # velocity Verlet: (w dt)^2/24 of the way in phase, 1e-9 here
+    np.testing.assert_allclose(frame.cell, expected, rtol=0.0, atol=1e-8)
+    assert not frame.velocity.any()
+
+
+def test_cell_of_lengths_conserves_the_enthalpy(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
+    """Parrinello and Rahman's equation is that of a Hamiltonian: K + U + S L_x L_y + W (L_x'^2 + L_y'^2)/2 stays, with elastic
+    discs and their convention (-1), to second order in the step; and the work of the cell is what K + U gains."""
+    stress, scene = 3.0, gas(60, 0.5, seed=4, speed=1.0)
+    start = np.asarray(scene["cell"])
+
+    def enthalpy(sample: Any) -> tuple[float, float]:
+        frame, move = sample.frame(), sample.vector("move", 6)
+        own = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.spin**2 / 16.0
+        grains = own + sample.energy().sum()
+        moving = 0.5 * move[5] * np.sum(speeds(sample, start) ** 2)
+        return grains + stress * np.prod(frame.cell) + moving, grains - move[4]
+
+    drift, leak = [], []
+    for refinement in (1, 4):
+        sample = discs(**scene, law={"kn": 1e3}, step=1e-3 / refinement, move=f"stress {stress} {stress} convention -1")
+        before = enthalpy(sample)
+        after = enthalpy(sample.run(1500 * refinement))
+        assert np.abs(speeds(sample, start)).max() > 0.1
+        drift.append(abs(after[0] - before[0]))
+        leak.append(abs(after[1] - before[1]))
+    # (omega dt)^2/24 of the energy of contacts that begin and end within steps; a sixteenth of that with a quarter of the step
+    for error in (drift, leak):
+        assert error[0] < 1e-2 and error[1] < error[0] / 6
+
+
+@pytest.mark.parametrize("cell", ["lengths", "strain"])
+def test_wall_speed_is_capped(discs: Callable[..., Any], spread: dict[str, Any], cell: str) -> None:
+    """|dL/dt| <= u on both axes whatever their lengths, also where the cell grows, and after a new stage."""
+    cap = 0.3
+    sample = discs(**spread, move=f"stress 0.5 -0.5 cell {cell} wall {cap}")
+    for _ in range(20):
+        now = speeds(sample.run(100))
+        # d eps/dt is what is held: times L^0 it is the cap to rounding
+        assert np.abs(now).max() <= cap * (1.0 + 1e-15)
+    np.testing.assert_allclose(now, [-cap, cap], rtol=1e-15)
+    lengths = sample.frame().cell
+    sample.command("fix_modify move stress 0.5 -0.5").run(300)
+    np.testing.assert_allclose(sample.frame().cell, lengths + 300 * STEP * cap * np.array([-1, 1]), rtol=1e-12)
+
+
 def test_strain_rate_is_capped(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
     """d eps/dt = P t/M up to the cap, constant afterwards; also where the cell grows."""
     cap, stress, mass = 0.05, 0.1, inertia(spread)
     reached = cap * mass / stress
-    sample = discs(**spread, move=f"stress {stress} -{stress} rate {cap}")
+    sample = discs(**spread, move=f"stress {stress} -{stress} cell strain mass 0.3 rate {cap}")
     for steps in (400, 1600):
         sample.run(steps)
         time = sample.value("step") * STEP
@@ -70,7 +148,7 @@ def test_a_null_axis_is_fixed(discs: Callable[..., Any], spread: dict[str, Any])
 def test_new_targets_start_a_new_stage(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
     """The cell keeps dL/dt; strain then counts from the new length, and M is 0.3 sum(m)/L of that cell."""
     first, second, steps = 0.02, 0.05, 500
-    sample = discs(**spread, move=f"stress {first} {first}").run(steps)
+    sample = discs(**spread, move=f"stress {first} {first} cell strain mass 0.3").run(steps)
     time, mass = steps * STEP, inertia(spread)
     lengths, speed = sample.frame().cell, LENGTHS * first * time / mass
     sample.command(f"fix_modify move stress {second} {second}").run(steps)
@@ -78,6 +156,34 @@ def test_new_targets_start_a_new_stage(discs: Callable[..., Any], spread: dict[s
     assert sample.vector("move", 6)[5] == pytest.approx(again, rel=1e-12)
     expected = lengths - speed * time - lengths * second * time**2 / (2.0 * again)
     np.testing.assert_allclose(sample.frame().cell, expected, rtol=0.0, atol=1e-12)
+
+
+def test_a_new_stage_leaves_the_equation_of_the_lengths(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    """dL/dt and W stay: one stress in two stages is the same motion as in one."""
+    move, parts = "stress 0.05 0.02 cell lengths", []
+    whole = discs(**spread, move=move).run(800)
+    split = discs(**spread, move=move).run(400).command("fix_modify move stress 0.05 0.02").run(400)
+    for sample in (whole, split):
+        parts.append(sample.frame().cell)
+        assert sample.vector("move", 6)[5] == pytest.approx(weight(spread), rel=1e-14)
+    # strain counts from another length: other rounding in each of 400 steps
+    np.testing.assert_allclose(parts[1], parts[0], rtol=1e-13)
+    assert np.abs(parts[0] - LENGTHS).min() > 0.01
+
+
+def test_quench_brings_the_cell_to_rest_and_leaves_the_grains(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+    """Walls that move against the stress that is left stop at once; velocities of grains stay, and nothing is taken from them."""
+    velocity = np.random.default_rng(1).normal(scale=1e-3, size=(12, 2))
+    sample = discs(**spread, velocity=velocity, move="stress 0.5 0.5 mass 1e3").run(300)
+    rate = sample.vector("move", 4)[2:]
+    sample.command("fix_modify move stress -0.5 -0.5")
+    sample.run(10)
+    assert (sample.vector("move", 4)[2:] > 0.9 * rate).all() and (rate > 0.0).all()  # a cell that is let alone goes on
+    sample.command("fix_modify move quench 1").run(1)
+    # what is left is what the stress gives in one step and a half
+    assert (sample.vector("move", 4)[2:] <= 0.0).all() and (sample.vector("move", 4)[2:] > -0.05 * rate).all()
+    np.testing.assert_array_equal(sample.frame().velocity, velocity)
+    assert sample.vector("move", 7)[6] == 0.0
 
 
 @pytest.mark.parametrize("convention", [-1, 0, 1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import tomllib
@@ -58,13 +59,27 @@ def scene_from(values: Mapping[str, Any]) -> Scene:
     return SCENES[name].from_mapping(_of_version_2(name, rest))  # type: ignore[return-value]
 
 
+# parameters of every scene that files of version 0.2 state; somebody's own file has no reason to state them all
+STATED = {
+    "seed", "mu", "force_tolerance", "energy_tolerance", "steps_per_period", "scheme", "account", "frame_interval",
+    "series_interval", "checkpoint_interval",
+}  # fmt: skip
+
+
 def _of_version_2(name: str, values: dict[str, Any]) -> dict[str, Any]:
-    """The scene of a run of version 0.2 as it was run: its files state every parameter that the version knew, `scheme` and
-    `checkpoint_interval` among them, and those of later versions stand for what it did."""
-    if "as_printed" in values or not {"scheme", "checkpoint_interval"} <= set(values):
+    """The scene of a run of version 0.2 as it was run: its files state every parameter that the version knew, automatic ones
+    left out, and those of later versions stand for what it did.
+
+    Not repeated: series B of method2 had another drag before it was stiffened, sqrt(soft_kappa/1e5).
+    """
+    if "as_printed" in values or not set(values) >= STATED:
         return values
-    packed = {"dashpots": 0.0, "drag": 1.0, "initial": "addition_by_size"} if issubclass(SCENES[name], Packing) else {}
-    return {"as_printed": True, **packed, **values}
+    then: dict[str, Any] = {"as_printed": True}
+    if issubclass(SCENES[name], Packing):
+        kappa = values.get("kappa") if issubclass(SCENES[name], Method2) else None
+        drag = math.sqrt(kappa / 1e5) if isinstance(kappa, float | int) and kappa > 0 else 1.0
+        then |= {"dashpots": 0.0, "drag": drag, "initial": "addition_by_size"}
+    return then | values
 
 
 def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --help'") -> dict[str, Any]:

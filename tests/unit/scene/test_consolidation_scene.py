@@ -29,7 +29,7 @@ def test_every_stage_has_its_stress_and_a_name_of_its_own() -> None:
     assert [scene.pressure_of(name) for name in names[:4]] == [None, None, 0.0, 0.0]
     assert [scene.pressure_of(name) for name in names[4::2]] == list(scene.stresses)
     assert [scene.pressure_of(name) for name in names[5::2]] == list(scene.stresses)
-    assert set(scene.dragged) <= set(names)
+    assert set(scene.settling) <= set(names)
     assert {name for pair in scene.relaxations for name in pair} <= set(names)
 
 

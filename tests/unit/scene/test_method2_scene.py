@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from workflow.errors import InputError
-from workflow.scene.grains import maxwell
+from workflow.scene.grains import VELOCITIES, gaussian
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.presets import scene_from, to_toml
@@ -76,21 +76,58 @@ def test_gas_has_the_speed_asked_for_and_no_momentum() -> None:
     assert scene.start_energy == pytest.approx(0.5 * np.sum(discs.diameter**2 * (velocity**2).sum(axis=1)), rel=1e-12)
 
 
-def test_equal_temperature_of_small_and_large_grains() -> None:
-    rng = np.random.default_rng(5)
-    diameter = np.repeat([0.5, 1.0], 40_000)
-    velocity = maxwell(diameter, 1.0, rng)
-    energy = diameter**2 * (velocity**2).sum(axis=1)
-    small, large = energy[:40_000].mean(), energy[40_000:].mean()
-    # exponential distribution: each mean is known to 1/sqrt(40000) = 0.5 %, four standard deviations of the difference
-    assert small == pytest.approx(large, rel=0.03)
-    component = velocity[:40_000, 0] / velocity[:40_000, 0].std()
-    # kurtosis 3 of a Gaussian, standard error sqrt(24/40000) = 0.025
-    assert np.mean(component**4) == pytest.approx(3.0, abs=0.1)
+SIZES = np.random.default_rng(8).uniform(0.5, 1.0, 40_000)
 
 
-def test_one_grain_does_not_move() -> None:
-    assert not maxwell(np.ones(1), 1.0, np.random.default_rng(0)).any()
+@pytest.mark.parametrize("meaning", VELOCITIES)
+def test_meanings_of_v0(meaning: str) -> None:
+    """Momentum zero, and exactly V0 in that which V0 means; of uniform sizes the others follow from the moments of d."""
+    velocity, mass = gaussian(SIZES, 0.3, meaning, np.random.default_rng(5)), SIZES**2
+    square = (velocity**2).sum(axis=1)
+    assert np.abs(mass @ velocity).max() < 1e-10  # 40 000 terms of order 0.1, each rounded at 1e-17
+    rms, energy = np.sqrt(np.mean(square)), np.mean(mass * square)
+    # <1/d^2> = 2 and <d^2> = 7/12 of d uniform in [1/2, 1]
+    expected = {
+        "temperature": (0.3, 0.3**2 / 2.0), "unit_disc": (0.3 * math.sqrt(2.0), 0.3**2),
+        "same": (0.3, 0.3**2 * 7.0 / 12.0), "mean_energy": (0.3 * math.sqrt(12.0 / 7.0), 0.3**2),
+    }[meaning]  # fmt: skip
+    named = 1 if meaning in ("unit_disc", "mean_energy") else 0
+    assert (rms, energy)[named] == pytest.approx(expected[named], rel=1e-12)
+    # means of exponential distributions: 1/sqrt(40000) = 0.5 %, four standard deviations
+    assert (rms, energy)[1 - named] == pytest.approx(expected[1 - named], rel=0.02)
+    # equal temperature: m <v^2> does not depend on size; one Gaussian: <v^2> does not
+    small = SIZES < 0.75
+    alike = mass * square if meaning in ("temperature", "unit_disc") else square
+    assert alike[small].mean() == pytest.approx(alike[~small].mean(), rel=0.03)
+    other = square if meaning in ("temperature", "unit_disc") else mass * square
+    assert abs(other[small].mean() / other[~small].mean() - 1.0) > 0.3
+    component = velocity[:, 0] * (SIZES if meaning in ("temperature", "unit_disc") else 1.0)
+    # kurtosis 3 of a Gaussian, standard error sqrt(24/40000) = 0.025; neither axis nor sign is preferred
+    assert np.mean((component / component.std()) ** 4) == pytest.approx(3.0, abs=0.1)
+    assert np.mean(velocity[:, 0] ** 2) == pytest.approx(np.mean(velocity[:, 1] ** 2), rel=0.03)
+
+
+def test_meanings_differ_by_scale_or_weight_alone() -> None:
+    """The same draw: equal temperatures are one gas at two speeds, and so are equal Gaussians."""
+    draw = {meaning: gaussian(SIZES[:200], 0.3, meaning, np.random.default_rng(5)) for meaning in VELOCITIES}
+    for one, two in (("temperature", "unit_disc"), ("same", "mean_energy")):
+        ratio = draw[one] / draw[two]
+        assert ratio == pytest.approx(ratio[0, 0], rel=1e-12)
+        assert ratio[0, 0] < 0.95
+
+
+@pytest.mark.parametrize("meaning", VELOCITIES)
+def test_one_grain_does_not_move(meaning: str) -> None:
+    assert not gaussian(np.ones(1), 1.0, meaning, np.random.default_rng(0)).any()
+
+
+def test_meaning_of_v0_reaches_the_gas() -> None:
+    """A disc of mass 1 has V0 V* in the mean square, instead of the mean over all."""
+    usual, unit = (Method2(n=300, velocities=meaning).discs() for meaning in ("temperature", "unit_disc"))
+    assert usual.velocity is not None and unit.velocity is not None
+    mean = np.mean(unit.diameter**2 * (unit.velocity**2).sum(axis=1))
+    assert mean == pytest.approx(9.48**2 * 1e-3, rel=1e-12)
+    assert np.array_equal(np.sign(usual.velocity), np.sign(unit.velocity))
 
 
 def test_stages_know_their_law_and_stress() -> None:

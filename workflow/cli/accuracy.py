@@ -5,13 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import shlex
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.options import command
+from workflow.cli.options import command, command_line
 from workflow.engine.environment import engine
 from workflow.errors import InputError
 from workflow.study.accuracy import FULL, QUICK, Few, Many, orders, recommend, study
@@ -43,7 +41,7 @@ def action(arguments: argparse.Namespace) -> int:
     fresh(arguments.out)
     few, many = study(QUICK if arguments.quick else FULL)
     slopes, steps = orders(few), recommend(few, arguments.error)
-    write(arguments.out, few, many, arguments.error, shlex.join(["wf", *sys.argv[1:]]))
+    write(arguments.out, few, many, arguments.error, command_line())
     if arguments.json:
         fitted = [{"case": case, "variant": variant, "order": order} for (case, variant), order in slopes.items()]
         print(json.dumps({"error": arguments.error, "few_bodies": [asdict(row) for row in few], "orders": fitted,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
+import sys
 import textwrap
 from collections.abc import Mapping
 from dataclasses import Field, fields
@@ -67,6 +69,19 @@ def _add(group: Any, name: str, known: Quantity, defaults: Mapping[str, Any]) ->
 
 def _word(known: Quantity, value: Any) -> str:
     return str(value) if known.kind is not bool else "yes" if value else "no"
+
+
+def command_line() -> str:
+    """The command as it was given, for a published page: of an absolute path the part below this folder, or its name."""
+
+    def public(word: str) -> str:
+        option, equals, value = word.rpartition("=") if word.startswith("-") else ("", "", word)
+        path = Path(value)
+        if not path.is_absolute():
+            return word
+        return option + equals + str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path.name)
+
+    return shlex.join(["wf", *map(public, sys.argv[1:])])
 
 
 def whole_number(text: str) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import shlex
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from workflow import __version__
 from workflow.archive.read import Archive
 from workflow.cli.measure import lines
-from workflow.cli.options import command
+from workflow.cli.options import command, command_line
 from workflow.cli.sources import add_sources, archived, frame_of, measures_from
 from workflow.cli.status import standing
 from workflow.engine.collect import stored_measures
@@ -149,7 +148,7 @@ def _dump(name: str, source: Path, arguments: argparse.Namespace) -> Sheet:
     measures = measures_from(source, arguments, None)
     files = {"grains": source, "contacts": arguments.contacts}
     rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files.items() if path]
-    given = shlex.join(["wf", *sys.argv[1:]])
+    given = command_line()
     return Sheet(
         name=name, title="dump of another program", state="dump", reason=None,
         note=f"Frame {arguments.frame}, t = {frame.time:.6g}, step {frame.step}.", frame=frame, force_unit=law.force_unit,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 from workflow.archive.read import Archive
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.deck import job_of
-from workflow.cli.options import command
+from workflow.cli.options import command, command_line
 from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
 from workflow.engine.heap import ground
 from workflow.engine.rundir import ARCHIVE
@@ -92,7 +91,7 @@ def action(arguments: argparse.Namespace) -> int:
     found = rows(study, numbers, earlier, _say)
     figures, taken = _figures(study, drawings, folder, earlier)
     _say("")
-    words = shlex.join(["wf", *sys.argv[1:]])
+    words = command_line()
     if found:
         made = provenance(study, words) | origin(earlier, found, taken)
         write(folder, paper, found, figures, made)
@@ -127,7 +126,7 @@ def _readings(arguments: argparse.Namespace, profile: Any) -> int:
         return ended(outcome)
     found = [line for one in of.readings for line in lines(one, rows(study, of.of(one), [], _say))]
     _say("")
-    write_readings(folder, of, found, provenance(study, shlex.join(["wf", *sys.argv[1:]])))
+    write_readings(folder, of, found, provenance(study, command_line()))
     print((folder / f"readings.{'json' if arguments.json else 'md'}").read_text(encoding="utf-8"), end="")
     return ended(outcome)
 

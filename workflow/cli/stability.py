@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
-import sys
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from workflow.cli.accuracy import fresh
-from workflow.cli.options import command
+from workflow.cli.options import command, command_line
 from workflow.engine.environment import engine
 from workflow.study.stability import INACCURATE, OVERLAP, RESIDUAL, STABLE, UNSTABLE, Verdict, study
 from workflow.study.table import write_csv
@@ -37,7 +35,7 @@ def action(arguments: argparse.Namespace) -> int:
     engine()
     fresh(arguments.out)
     found = study(quick=arguments.quick)
-    write(arguments.out, found, shlex.join(["wf", *sys.argv[1:]]))
+    write(arguments.out, found, command_line())
     if arguments.json:
         print(json.dumps([asdict(row) for row in found], indent=1))
         return 0

@@ -45,8 +45,8 @@ def fluid(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
     full = solid_fraction * float(np.sum(reach**2) / np.sum(diameter**2))
     if full > DENSEST:
         raise InputError(
-            f"initial solid fraction {solid_fraction} with gaps of {gap:g} is too high: discs as large as that fill {full:.3g}, "
-            f"of which a fluid can fill {DENSEST}; use a lower --phi0"
+            f"initial solid fraction {solid_fraction} with gaps of {gap:g} is too high: discs so much larger fill {full:.3g} "
+            f"of the cell, a fluid at most {DENSEST}; use a lower --phi0"
         )
     shrink = min(1.0, float(np.sqrt(_THIN / full)))
     start = place(shrink * reach, shrink**2 * full, 0.0, rng, by_size=False)

@@ -24,9 +24,10 @@ from workflow.scene.grains import Discs, Floats, cell_length, place, strips
 
 LIBRARY = "hard_discs.so"
 CHAIN = 4.0  # length of a chain in largest diameters: a few free paths at the lowest densities
-MIXING = 32.0  # way of a disc on average in largest diameters; nothing measured changes after 16 (docs/model.md)
+MIXING = 32.0  # way of a disc on average in largest diameters; near pairs forget any start within 16 (docs/model.md)
+GROWING = 0.25  # the same between two passes of growth, of which there are 10 to 40
 _THIN = 0.3  # solid fraction at which random addition is easy whatever the sizes
-_PASSES = 300  # of growth, which takes 10 to 30
+_PASSES = 1000  # of growth
 _AT_ONCE = 1_000_000  # chains drawn
 
 
@@ -62,7 +63,7 @@ def equilibrate(start: Floats, diameter: Floats, gap: float, length: float, rng:
     widest = 2.0 * float(wanted.max())
     for _ in range(_PASSES):
         small = _library().hard_discs_grow(len(radius), position, radius, wanted, widest, length)
-        if not _mix(position, radius, widest, length, 1.0 if small else MIXING, rng):
+        if not _mix(position, radius, widest, length, GROWING if small else MIXING, rng):
             break
         if not small:
             return position

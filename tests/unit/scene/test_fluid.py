@@ -124,7 +124,7 @@ def test_the_start_is_forgotten(how: str, fluids: np.ndarray) -> None:
     assert apart(np.array(after), fluids).max() < 4.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     count=st.integers(4, 60),
     fraction=st.floats(1e-3, 0.6),

@@ -159,7 +159,7 @@ def test_as_dense_as_any_scene() -> None:
 def test_what_cannot_be_is_refused() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(InputError, match=r"0\.95 is too high.*--phi0"):
-        fluid(diameters(300, 0.5, rng), 0.95, 0.0, rng)
+        fluid(diameters(60, 0.5, rng), 0.95, 0.0, rng)
     with pytest.raises(InputError, match="own image"):
         fluid(np.ones(2), 0.5, 0.0, rng)
 

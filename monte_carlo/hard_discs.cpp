@@ -1,3 +1,5 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+
 // Hard discs in a periodic square: growth without overlap and event chains.  workflow/scene/fluid.py says why and draws
 // all random numbers; here are + - * / and sqrt only, so that every machine gives the same bits.
 
@@ -8,6 +10,8 @@
 
 namespace
 {
+
+constexpr int64_t STUCK = 1000000;    // moves of a chain; a ring of touching discs goes on for ever
 
 struct Disc {
   double at[2];      // in [0, length]
@@ -59,31 +63,32 @@ public:
     return wanted;
   }
 
-  // Disc i moves along `axis` until it meets another, which moves on in its place, `left` in all.
-  void chain(int32_t i, int axis, double left)
+  // Disc i moves along `axis` until it meets another, which moves on in its place, `left` in all; false if it gets
+  // stuck.
+  bool chain(int32_t i, int axis, double left)
   {
     Cell here{{discs[i].cell % across, discs[i].cell / across}};
-    while (left > 0.0) {
+    for (int64_t moves = 0; left > 0.0; ++moves) {
+      if (moves == STUCK) return false;
       const double border = width * (here.at[axis] + 1);
       double step = std::max(0.0, border - discs[i].at[axis]);
       const bool leaves = step < left;
       step = std::min(step, left);
-      Cell there = here;
-      const int32_t met = meets(i, axis, here, step, there);
+      const int32_t met = meets(i, axis, here, step);
       left -= step;
-      if (met >= 0) {
-        discs[i].at[axis] += step;
-        i = met;
-        here = there;
-      } else if (leaves) {
+      if (met < 0 && leaves) {
         remove(i);
         here.at[axis] = here.at[axis] + 1 < across ? here.at[axis] + 1 : 0;
         discs[i].at[axis] = here.at[axis] ? border : 0.0;
         insert(i, here);
-      } else {
-        discs[i].at[axis] += step;
+        continue;
       }
+      discs[i].at[axis] += step;
+      if (met < 0) break;
+      i = met;
+      here = {{discs[i].cell % across, discs[i].cell / across}};
     }
+    return true;
   }
 
 private:
@@ -120,14 +125,14 @@ private:
     return cell;
   }
 
-  // The first disc met by disc i within `step`, which becomes the way to it, and its cell; -1 if there is none.
-  int32_t meets(int32_t i, int axis, const Cell &here, double &step, Cell &there) const
+  // The first disc met by disc i within `step`, which becomes the way to it; -1 if there is none.
+  int32_t meets(int32_t i, int axis, const Cell &here, double &step) const
   {
     const int other = 1 - axis;
     const Disc me = discs[i];
     int32_t met = -1;
-    for (int along = 0; along <= 1; ++along)
-      for (int aside = -1; aside <= 1; ++aside) {
+    for (int aside = -1; aside <= 1; ++aside)
+      for (int along = 0; along <= 1; ++along) {
         Cell cell = here;
         cell.at[axis] += along;
         cell.at[other] += aside;
@@ -142,7 +147,6 @@ private:
           if (way >= step) continue;
           step = way;
           met = j;
-          there = cell;
         }
       }
     return met;
@@ -166,14 +170,16 @@ EXPORT int64_t hard_discs_grow(int64_t count, const double *position, double *ra
   return small;
 }
 
-// Event chains of total displacement `way` each, from the disc `start` along `axis`.
-EXPORT void hard_discs_chains(int64_t count, double *position, const double *radius, double widest, double length,
-                              int64_t chains, const int32_t *start, const int8_t *axis, double way)
+// Event chains of total displacement `way` each, from the disc `start` along `axis`; how many until one got stuck.
+EXPORT int64_t hard_discs_chains(int64_t count, double *position, const double *radius, double widest, double length,
+                                 int64_t chains, const int32_t *start, const int8_t *axis, double way)
 {
   Gas gas(count, position, radius, widest, length);
-  for (int64_t k = 0; k < chains; ++k)
-    gas.chain(start[k], axis[k], way);
+  int64_t done = 0;
+  while (done < chains && gas.chain(start[done], axis[done], way))
+    ++done;
   for (int64_t i = 0; i < count; ++i)
     for (int k : {0, 1})
       position[2 * i + k] = gas.discs[i].at[k] < length ? gas.discs[i].at[k] : 0.0;
+  return done;
 }

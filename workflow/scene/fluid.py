@@ -24,10 +24,10 @@ from workflow.scene.grains import Discs, Floats, cell_length, place, strips
 
 LIBRARY = "hard_discs.so"
 CHAIN = 4.0  # length of a chain in largest diameters: a few free paths at the lowest densities
-MIXING = 32.0  # way of a disc on average in largest diameters; nothing measured changes after 16 (docs/model.md)
-DENSEST = 0.8  # solid fraction, gaps included, that is tried: equal discs freeze at 0.70, unequal ones jam near 0.84
+MIXING = 32.0  # way of a disc on average in largest diameters; near pairs forget any start within 16 (docs/model.md)
+GROWING = 0.25  # the same between two passes of growth, of which there are 10 to 40
 _THIN = 0.3  # solid fraction at which random addition is easy whatever the sizes
-_PASSES = 300  # of growth, which takes 10 to 30
+_PASSES = 1000  # of growth
 _AT_ONCE = 1_000_000  # chains drawn
 
 
@@ -43,11 +43,6 @@ def fluid(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
     length = cell_length(diameter, solid_fraction)
     reach = diameter + gap
     full = solid_fraction * float(np.sum(reach**2) / np.sum(diameter**2))
-    if full > DENSEST:
-        raise InputError(
-            f"initial solid fraction {solid_fraction} with gaps of {gap:g} is too high: discs of that size fill {full:.3g}, of "
-            f"which a fluid can fill {DENSEST}; use a lower --phi0"
-        )
     shrink = min(1.0, float(np.sqrt(_THIN / full)))
     start = place(shrink * reach, shrink**2 * full, 0.0, rng, by_size=False)
     size = np.empty_like(diameter)
@@ -68,32 +63,44 @@ def equilibrate(start: Floats, diameter: Floats, gap: float, length: float, rng:
     widest = 2.0 * float(wanted.max())
     for _ in range(_PASSES):
         small = _library().hard_discs_grow(len(radius), position, radius, wanted, widest, length)
-        _mix(position, radius, widest, length, MIXING if not small else 1.0, rng)
+        if not _mix(position, radius, widest, length, GROWING if small else MIXING, rng):
+            break
         if not small:
             return position
     raise InputError(
-        f"{small} of {len(radius)} discs found no room to grow to their size with gaps of {gap:g} in a cell of {length:.4g} a; "
-        "use a lower --phi0"
+        f"initial solid fraction {np.pi / 4 * np.sum(diameter**2) / length**2:.4g} is too high: with gaps of {gap:g} the discs "
+        f"jam before all have their size ({small} of {len(radius)} are still too small); use a lower --phi0"
     )
 
 
-def _mix(position: Floats, radius: Floats, widest: float, length: float, way: float, rng: np.random.Generator) -> None:
-    """Event chains until discs went ``way`` x ``widest`` on average; their number is fixed beforehand, whatever they meet."""
+def _mix(position: Floats, radius: Floats, widest: float, length: float, way: float, rng: np.random.Generator) -> bool:
+    """Event chains until discs went ``way`` x ``widest`` on average, or False if one got stuck.
+
+    Their number is fixed beforehand: to stop when something is met would favour what is met.
+    """
     count = len(radius)
     chains = -int(-way * count // CHAIN)
     for done in range(0, chains, _AT_ONCE):
         now = min(chains - done, _AT_ONCE)
         first = rng.integers(count, size=now, dtype=np.int32)
         axis = rng.integers(2, size=now, dtype=np.int8)
-        _library().hard_discs_chains(count, position, radius, widest, length, now, first, axis, CHAIN * widest)
+        moved = _library().hard_discs_chains(count, position, radius, widest, length, now, first, axis, CHAIN * widest)
+        if moved < now:
+            return False
+    return True
 
 
 @cache
 def _library() -> ctypes.CDLL:
-    """The compiled moves, of this package or, where this code is a checkout's, of the installed one."""
+    """The compiled moves of this package or, where this code is a checkout's, of the installed one."""
     path = Path(__file__).resolve().parents[1] / "plugin" / LIBRARY
     if not path.is_file():
         path = next((Path(str(file.locate())) for file in _installed() if file.name == LIBRARY), path)
+    return load(path)
+
+
+def load(path: Path) -> ctypes.CDLL:
+    """The library of monte_carlo/hard_discs.cpp at ``path``.  Raises EnvironmentFault if it does not load."""
     try:
         library = ctypes.CDLL(str(path))
     except OSError as fault:
@@ -105,7 +112,7 @@ def _library() -> ctypes.CDLL:
     grow: list[Any] = [count, reals, reals, reals, real, real]
     mix: list[Any] = [count, reals, reals, real, real, count, first, axis, real]
     library.hard_discs_grow.argtypes, library.hard_discs_grow.restype = grow, count
-    library.hard_discs_chains.argtypes, library.hard_discs_chains.restype = mix, None
+    library.hard_discs_chains.argtypes, library.hard_discs_chains.restype = mix, count
     return library
 
 

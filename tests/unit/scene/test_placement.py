@@ -46,9 +46,9 @@ def test_no_overlap_and_exact_density(count: int, solid_fraction: float, smalles
     assert discs.position.shape == (count, 2)
 
 
-def one_by_one(diameter: np.ndarray, solid_fraction: float, gap: float, rng: np.random.Generator) -> Discs:
+def one_by_one(diameter: np.ndarray, solid_fraction: float, gap: float, rng: np.random.Generator, *, by_size: bool) -> Discs:
     """What `place` says it does, disc by disc, each compared with every other."""
-    size, length = np.sort(diameter)[::-1], cell_length(diameter, solid_fraction)
+    size, length = np.sort(diameter)[::-1] if by_size else rng.permutation(diameter), cell_length(diameter, solid_fraction)
     position = np.full((len(size), 2), np.nan)
 
     def touches(disc: int, point: np.ndarray, others: np.ndarray) -> bool:
@@ -76,13 +76,21 @@ def one_by_one(diameter: np.ndarray, solid_fraction: float, gap: float, rng: np.
 
 
 @pytest.mark.parametrize(
-    ("count", "phi", "smallest", "gap"),
-    [(3, 0.15, 0.5, 0.1), (40, 0.5, 0.5, 1e-3), (700, 0.45, 0.5, 1e-3), (150, 0.4, 0.05, 0.0)],
+    ("count", "phi", "smallest", "gap", "by_size"),
+    [
+        (3, 0.15, 0.5, 0.1, True),
+        (40, 0.5, 0.5, 1e-3, True),
+        (700, 0.45, 0.5, 1e-3, True),
+        (150, 0.4, 0.05, 0.0, True),
+        (3, 0.15, 0.5, 0.1, False),
+        (700, 0.42, 0.5, 1e-3, False),
+        (150, 0.35, 0.05, 0.0, False),
+    ],
 )
-def test_cells_change_nothing(count: int, phi: float, smallest: float, gap: float) -> None:
+def test_cells_change_nothing(count: int, phi: float, smallest: float, gap: float, by_size: bool) -> None:
     """The same bytes as without them: published results name seeds."""
     found, expected = (
-        method(diameters(count, smallest, rng), phi, gap, rng)
+        method(diameters(count, smallest, rng), phi, gap, rng, by_size=by_size)
         for method in (place, one_by_one)
         if (rng := np.random.default_rng(count))
     )

@@ -143,7 +143,7 @@ def test_two_ranks_give_the_same_physics(packing: Path, wf: Wf) -> None:
     assert two["solid_fraction"] == pytest.approx(one["solid_fraction"], abs=3 * 0.019)
 
 
-@pytest.mark.parametrize("words", [[], ["--drag", "0"], ["--step", "1e-3"]], ids=["settling", "no drag", "given step"])
+@pytest.mark.parametrize("words", [[], ["--dashpots", "0"], ["--step", "1e-3"]], ids=["settling", "no dashpots", "given step"])
 def test_run_that_does_not_come_to_rest_ends_with_its_measures(words: list[str], wf: Wf, tmp_path: Path) -> None:
     """max_time is over: that is an outcome to report, not a fault."""
     done = wf("run", *QUICK, "--max-time", 0.5, *words, "--out", "short", "--json")

@@ -88,7 +88,8 @@ def _scenes(arguments: argparse.Namespace) -> list[Method1]:
     seeds = arguments.seeds.split(",")
     if not all(seed.strip().isdigit() for seed in seeds):
         raise InputError(f"--seeds '{arguments.seeds}' is not allowed: give whole numbers with commas, for example 1,2,3")
-    return [Method1(cohesion=False, seed=seed, **values) for seed in dict.fromkeys(map(int, seeds))]
+    # the decks of the other programs have the cell of eq. 3
+    return [Method1(cohesion=False, seed=seed, cell="strain", **values) for seed in dict.fromkeys(map(int, seeds))]
 
 
 def _write(out: Path, few: Sequence[Few], made: Sequence[Result]) -> None:

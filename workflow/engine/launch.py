@@ -15,6 +15,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TextIO
 
+from workflow import __version__
 from workflow.deck.render import DECK
 from workflow.engine.checkpoint import Seals, cut_back, damaged, drop_later, drop_repeats, newest
 from workflow.engine.collect import collect
@@ -36,8 +37,10 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
     Progress goes to ``out``, by default standard error.  A KeyboardInterrupt asks the engine to stop: it writes a
     checkpoint and the last frame, and the status is INTERRUPTED; a second one, or a signal that reaches the engine
     itself, ends it at once, with the newest checkpoint to go on from.  Raises EngineError with the engine's own words
-    if it fails; what it wrote stays.
+    if it fails; what it wrote stays.  Raises InputError for a directory of another version: its deck and its checkpoints
+    mean something else to this one's plugin.
     """
+    _require_version(directory)
     environment, out = engine(), out or sys.stderr
     with directory.lock() as lock:
         variables = _start(directory, resume, out)
@@ -81,6 +84,17 @@ def run(directory: RunDirectory, *, ranks: int = 1, resume: bool = False, out: T
             raise
         directory.record(status=status, finished=timestamp(), seconds=seconds, result=result)
     return status
+
+
+def _require_version(directory: RunDirectory) -> None:
+    """Versions that differ in the last number alone run each other's directories."""
+    made = directory.state["versions"].get("workflow", __version__)
+    if made.split(".")[:2] != __version__.split(".")[:2]:
+        again = f"wf run {shlex.quote(str(directory / 'scene.toml'))} --out DIR"
+        raise InputError(
+            f"'{directory.path}' was written by version {made} of workflow, whose decks and checkpoints version {__version__} "
+            f"does not run: go on with 'pip install workflow=={made}', or run the scene anew with '{again}'"
+        )
 
 
 def _start(directory: RunDirectory, resume: bool, out: TextIO) -> list[str]:

@@ -137,7 +137,7 @@ def _cost(variant: Variant, grains: int, steps: float) -> float:
 def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[Many]:
     """Method 1 for a fixed time over steps, variants and seeds; without the settling stage, which only we have."""
     scenes = {
-        name: [Method1(n=plan.grains, seed=k, cohesion=cohesion, drag=0.0) for k in range(1, plan.seeds + 1)]
+        name: [Method1(n=plan.grains, seed=k, cohesion=cohesion, cell="strain") for k in range(1, plan.seeds + 1)]
         for name, cohesion in (("packing", False), ("cohesive packing", True))
     }
     jobs = [

@@ -136,7 +136,7 @@ def _scene(n: int, steps: int) -> Method1:
     step = Method1(n=n, seed=SEED).step_choice.step
     duration = steps * step
     return Method1(
-        n=n, seed=SEED, drag=0.0, max_time=duration, checkpoint_interval=0.6 * duration, series_interval=0.2 * duration
+        n=n, seed=SEED, dashpots=0.0, max_time=duration, checkpoint_interval=0.6 * duration, series_interval=0.2 * duration
     )
 
 

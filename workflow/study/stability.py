@@ -228,7 +228,7 @@ def _measured(trial: Trial, variant: Variant, setting: Setting, most_steps: int)
     steps = min(math.ceil(setting.duration / choice.step), most_steps)
     values = {
         **{name: min(value, 1e100) for name, value in law.__dict__.items()}, "scheme": variant.scheme,
-        "stress": setting.stress, "skin": setting.skin, "step": choice.step, "steps": steps, "watch": max(1, steps // 20_000),
+        "stress": setting.stress, "skin": setting.skin, "step": choice.step, "steps": steps, "watch": 1,
     }  # fmt: skip
     outcome = run(setting.discs, values, velocity=setting.velocity, patience=PATIENCE)
     result = outcome.result
@@ -259,7 +259,7 @@ def _heap(trial: Trial, variant: Variant, scene: Heap) -> Verdict:
     residual = float(np.abs(series["residual"]).max() / series["energy_in"].max())
     if not math.isfinite(residual):
         raise EngineError("energy is not a number")
-    choice, overlap = scene.step_choice, 2.0 * float(series["overlap"].max())
+    choice, overlap = scene.step_choice, 2.0 * float(series["largest_overlap"][-1])
     verdict, reason = _verdict(residual, 0.0, None)
     return Verdict(
         trial.parameter, trial.value, variant.name, verdict, reason, choice.step, choice.step / choice.limit, residual,

@@ -1,4 +1,4 @@
-"""What a stage with drag changed between two frames."""
+"""What a settling stage changed between two frames."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ def test_cells_shrink_alike(name: str, tmp_path: Path) -> None:
 
     Their clocks of the cell differ by up to two steps (1.5 steps of 1e-4 at a rate of 2 change the density by 3e-4).
     """
-    scene = Method1(n=60, cohesion=False, max_time=0.6, drag=0.0, series_interval=0.1)
+    scene = Method1(n=60, cohesion=False, max_time=0.6, dashpots=0.0, cell="strain", series_interval=0.1)
     discs = grains(scene)
     own_run(tmp_path / EXACT, scene, discs)
     values = {**values_of(scene, None), "steps": round(0.6 / scene.step_choice.step), "settle": 0, "rows": 50}

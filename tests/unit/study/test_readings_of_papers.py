@@ -19,13 +19,14 @@ def line(reading: str, difference: float | None, table: str = "3", quantity: str
     return Line(reading, table, "row", "column", quantity, 3.0, 0.01, 4, 4, 4, "3.1 ± 0.1", difference, "1 2", "a b", "3.0 3.0")
 
 
-def test_every_declared_reading_makes_scenes_and_the_first_is_the_default() -> None:
-    of = read_readings("gilabert2007")
+@pytest.mark.parametrize("paper", ["gilabert2007", "baxter1997"])
+def test_every_declared_reading_makes_scenes_and_the_first_is_the_default(paper: str) -> None:
+    of = read_readings(paper)
     for reading in of.readings:
         for point in points_of(of.of(reading), []):
             scene_from(dict(point.values))
-    default = {point.digest for point in points_of(of.of(of.readings[0]), [])}
-    assert {point.digest for point in points_of(list(of.numbers), [])} == default
+    default = {scene_from(dict(point.values)) for point in points_of(of.of(of.readings[0]), [])}
+    assert {scene_from(dict(point.values)) for point in points_of(list(of.numbers), [])} == default
 
 
 def test_readings_differ_only_where_they_say() -> None:

@@ -16,7 +16,7 @@ from workflow.errors import InputError
 CLOCK = ("step", "time")  # of a frame; their mean over samples means nothing
 
 
-def pool(samples: Sequence[Mapping[str, Any]], law: Constants) -> dict[str, Any]:
+def pool(samples: Sequence[Mapping[str, Any]], law: Constants | None) -> dict[str, Any]:
     """Every number of ``samples`` (the measures of one sample each) as {"mean", "scatter", "samples"}.
 
     ``scatter``: standard deviation over the samples that have the number (None for one).  Lists of equal length are
@@ -29,7 +29,7 @@ def pool(samples: Sequence[Mapping[str, Any]], law: Constants) -> dict[str, Any]
         raise InputError("there are no samples to pool; give at least one")
     shared = [name for name in samples[0] if name not in CLOCK and all(name in sample for sample in samples)]
     pooled = {name: _pool([sample[name] for sample in samples]) for name in shared}
-    if "density" in pooled:
+    if "density" in pooled and law is not None:
         parts = [sample["density"] for sample in samples]
         pooled["density"] = plain(density_of(_common([_scattering(p["shells"]) for p in parts if "shells" in p]), law))
     return {name: part for name, part in pooled.items() if part is not None}

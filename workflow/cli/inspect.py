@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from workflow.archive.columns import CONTACTS, GRAINS, contact_names, resolve
+from workflow.archive.columns import CONTACT_HELP, CONTACTS, GRAINS, contact_names, resolve
 from workflow.archive.files import unpacked
 from workflow.archive.snapshots import Dump, Snapshot
 from workflow.cli.sources import reading_of
@@ -28,6 +28,9 @@ def columns_of(path: Path, arguments: argparse.Namespace) -> str:
     ]
     width = max(map(len, block.columns), default=0) + 2
     rows = [f"  {column:{width}s}{roles.get(column, '-')}" for column in block.columns]
+    missing = [name for name in (("id",) if grains else ("id_i", "id_j")) if name not in found]
+    if missing:
+        rows.append(f"missing: {' '.join(missing)}" + ("" if grains else f"; {CONTACT_HELP}"))
     return "\n".join(
         [*head, "columns and what they are read as (- : not read):", *rows, *(f"note: {note}" for note in dump.notes)]
     )

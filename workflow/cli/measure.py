@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -84,7 +85,10 @@ def action(arguments: argparse.Namespace) -> int:
     else:
         _several(sources, measures, arguments, named)
     asked = chosen_groups(named, 0) if named else []
-    return int(any("error" in sample[name] for sample in measures for name in asked))
+    faults = {name: sample[name]["error"] for sample in measures for name in asked if "error" in sample[name]}
+    for name, fault in faults.items():
+        print(f"wf: {name}: {fault}", file=sys.stderr)
+    return int(bool(faults))
 
 
 def _show(result: Any, text: str, arguments: argparse.Namespace) -> None:
@@ -102,7 +106,8 @@ def _several(
         result = of[0]
         if len(of) > 1:
             notes = list(dict.fromkeys(note for sample in of for note in sample.get("notes", [])))
-            result = pool(of, frame_of(sources[members[0]], arguments)[1]) | ({"notes": notes} if notes else {})
+            law = frame_of(sources[members[0]], arguments)[1] if "density" in of[0] else None
+            result = pool(of, law) | ({"notes": notes} if notes else {})
         text = _text(result, sources[members[0]], named=named is not None) if len(of) == 1 else _rows(result)
         parts.append(({"sources": [name_of(sources[number]) for number in members], "measures": result}, text))
     if len(parts) == 1:

@@ -62,7 +62,9 @@ def packing(seed: int, across: int = 6) -> Packing:
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(np.arange(across), np.arange(across))
     cell = np.array([across, across * np.sqrt(0.75)])
-    place = np.column_stack(((x + 0.5 * (y % 2)).ravel(), (y * np.sqrt(0.75)).ravel())) + rng.uniform(-0.03, 0.03, (across**2, 2))
+    place = np.column_stack(((x + 0.5 * (y % 2)).ravel(), (y * np.sqrt(0.75)).ravel())) + rng.uniform(
+        -0.03, 0.03, (across**2, 2)
+    )
     count = across**2
     radius = rng.uniform(0.47, 0.53, count)
     first, second = np.triu_indices(count, 1)
@@ -99,8 +101,9 @@ def direct(p: Packing) -> dict[str, float]:
 
 
 def rattlers(p: Packing) -> float:
-    """Share of the grains outside the network in which each has two contacts and more."""
-    links = set(zip(p.i.tolist(), p.j.tolist(), strict=True))
+    """Share of the grains outside the network in which each has two contacts and more that bear 1e-4 of the mean force."""
+    bears = np.hypot(p.normal, p.tangential) > 1e-4 * np.abs(p.normal).mean()
+    links = set(zip(p.i[bears].tolist(), p.j[bears].tolist(), strict=True))
     while True:
         ends = [end for link in links for end in link]
         lone = {end for end in ends if ends.count(end) < 2}
@@ -188,7 +191,9 @@ def _snapshot(p: Packing, way: Way, label: str, columns: dict[str, Any], rows: i
     faces = "" if "old" in way.header else " pp pp pp"
     tilt = " 0" if "tilt" in way.header else ""
     faces = f" xy xz yz{faces}" if tilt else faces
-    box = "".join(f"{low:.17g} {low + side:.17g}{tilt}\n" for low, side in zip(ORIGIN, p.cell, strict=True)) + f"-0.5 0.5{tilt}\n"
+    box = (
+        "".join(f"{low:.17g} {low + side:.17g}{tilt}\n" for low, side in zip(ORIGIN, p.cell, strict=True)) + f"-0.5 0.5{tilt}\n"
+    )
     head += f"ITEM: TIMESTEP\n{way.step}\nITEM: NUMBER OF {label}\n{rows}\nITEM: BOX BOUNDS{faces}\n{box}"
     return head + f"ITEM: {label} {' '.join(names)}\n" + "".join(f"{line} \n" for line in lines)
 

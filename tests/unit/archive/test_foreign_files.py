@@ -61,7 +61,9 @@ ways = st.builds(
     gap=st.sampled_from(["", "gap", "overlap"]),
     flags=st.booleans(),
     order=st.integers(0, 2**32),
-    junk=st.lists(st.sampled_from(["element", "type", "c_q[1]", "v_ratio", "name", "state", "ix", "proc"]), unique=True).map(tuple),
+    junk=st.lists(st.sampled_from(["element", "type", "c_q[1]", "v_ratio", "name", "state", "ix", "proc"]), unique=True).map(
+        tuple
+    ),
     twice=st.sampled_from(["", "", "both", "some"]),
     header=st.lists(st.sampled_from(["units", "time", "tilt", "old", "label"]), unique=True).map(tuple),
     packed=st.sampled_from(["", "", "gz", "bz2", "xz"]),
@@ -273,7 +275,11 @@ def test_the_collected_files_of_other_programs(folder: str, grains: str, contact
     [
         ("01_liggghts_15", ["--contacts", "contacts.dump"], "column id_i, id_j missing"),
         ("08_three_d", [], "three-dimensional"),
-        ("17_silent_zero_forces", ["--contacts", "contacts.dump", "--columns", "fx=c_force[1],fy=c_force[2]"], "no column 'c_force[1]'"),
+        (
+            "17_silent_zero_forces",
+            ["--contacts", "contacts.dump", "--columns", "fx=c_force[1],fy=c_force[2]"],
+            "no column 'c_force[1]'",
+        ),
     ],
 )
 def test_the_collected_files_that_cannot_be_measured(
@@ -292,5 +298,3 @@ def test_pressure_without_masses_is_that_of_the_contacts_alone() -> None:
         assert found["stress"]["pressure"] == (pressure and pytest.approx(pressure, abs=5e-3))
         assert found["stress"]["contacts"]["pressure"] == pytest.approx(8.0476, abs=5e-5)
         assert (found["stress"]["kinetic"]["pressure"] is None) == (pressure is None)
-
-

@@ -55,7 +55,9 @@ def test_samples_that_differ_in_the_seed_give_mean_and_scatter(packing: Path, se
     assert "named twice" in wf("measure", packing, packing).stderr
 
 
-def test_samples_that_differ_in_more_are_shown_apart_with_what_differs(packing: Path, second: Path, cohesive: Path, wf: Wf) -> None:
+def test_samples_that_differ_in_more_are_shown_apart_with_what_differs(
+    packing: Path, second: Path, cohesive: Path, wf: Wf
+) -> None:
     found = json.loads(wf("measure", packing, cohesive, second, "--json", "--only", "none").stdout)
     assert found["differ"]["cohesion"] == [False, True, False] and "seed" not in found["differ"]
     assert [kind["sources"] for kind in found["kinds"]] == [[str(packing), str(second)], [str(cohesive)]]
@@ -116,7 +118,9 @@ def test_dumps_that_lack_something_are_refused(packing: Path, tmp_path: Path, ca
     assert "solid_fraction" in capsys.readouterr().out
 
 
-def test_figures_by_name(packing: Path, second: Path, cohesive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_by_name(
+    packing: Path, second: Path, cohesive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     def plot(*words: object) -> int:
         return main(["plot", *map(str, words)])
 

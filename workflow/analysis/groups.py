@@ -7,7 +7,7 @@ cannot be had on a frame says why under "error" and leaves the others alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -162,6 +162,24 @@ def rigidity_group(frame: Frame, law: Constants) -> dict[str, Any]:
     return dict(rigidity(frame, springs=law.springs, free_cell=True, **law.resists).as_dict())
 
 
+def slipping(frame: Frame, law: Constants) -> dict[str, Any]:
+    """H and k where the contacts that slide resist along their normal alone, as pairs at a distance do.
+
+    In `rigidity_group` they count as sticking (G07 appendix A).  Raises InputError where nobody says which contacts slide.
+    """
+    frame.need("H and k with sliding contacts", "sliding", "gap")
+    if law.rolling:
+        raise InputError("H and k with sliding contacts are not counted where contacts resist rolling")
+    apart = np.where(frame.contacts.sliding & frame.contacts.touching, 0.0, frame.contacts.gap)
+    loose = replace(frame, contacts=replace(frame.contacts, gap=apart))
+    found = rigidity(loose, springs=law.springs, free_cell=True, **law.resists)
+    return {
+        "contacts": int(frame.contacts.sliding.sum()),
+        "hyperstaticity": found.hyperstaticity,
+        "floppy_modes": found.floppy_modes,
+    }
+
+
 def moduli_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Elastic moduli, [force/length]."""
     moduli = elastic_moduli(frame, springs=law.springs, **law.resists)
@@ -246,7 +264,7 @@ def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
     window = fit_window(mean, law)
     number = np.sum([sample.vectors > 0 for sample in samples], axis=0)[(mean.k >= window[0]) & (mean.k <= window[1])]
     weighted = len(number) > 0 and number.min() >= FEW
-    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, window, weighted=weighted))}
+    return {"shells": asdict(mean), "fit": attempt(lambda: _fit(mean, window, weighted=weighted))}
 
 
 def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:
@@ -317,10 +335,11 @@ def chosen_groups(names: Sequence[str] | None, grains: int) -> list[str]:
 
 def measure_groups(frame: Frame, law: Constants, names: Sequence[str]) -> dict[str, Any]:
     """Group name -> numbers, ready for JSON (numbers that are not defined are None)."""
-    return {name: plain(_tried(lambda name=name: GROUPS[name].of(frame, law))) for name in names}  # type: ignore[misc]
+    return {name: plain(attempt(lambda name=name: GROUPS[name].of(frame, law))) for name in names}  # type: ignore[misc]
 
 
-def _tried(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def attempt(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """The numbers, or why they cannot be had."""
     try:
         return part()
     except WorkflowError as fault:

@@ -14,7 +14,7 @@ import numpy as np
 
 from workflow.analysis.contacts import measure, stress_parts
 from workflow.analysis.frame import Frame
-from workflow.analysis.groups import Constants, chosen_groups, measure_groups
+from workflow.analysis.groups import Constants, attempt, chosen_groups, measure_groups, slipping
 from workflow.analysis.network import Springs
 from workflow.archive.columns import CONTACT_HELP, LIGGGHTS, Reading
 from workflow.archive.read import Archive
@@ -189,6 +189,8 @@ def measures_of_dump(frame: Frame, law: Constants, groups: Sequence[str]) -> dic
     sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
     time = None if "time" in frame.lacks else frame.time
     found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, law, groups)
+    if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):
+        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, law))
     return found | {"time": time, "step": frame.step, "notes": list(frame.notes)}
 
 

@@ -36,6 +36,8 @@ CONTACT_HELP = (
     "gap (or overlap), normal (or elastic viscous attraction), tangential, moment, sliding, rolling, or fx fy (force on id_i) "
     "and tx ty (its tangential part where fx fy lacks it, as in compute pair/local)"
 )
+# what others call a column whose meaning leaves no doubt
+ALIASES = {"id1": "id_i", "id2": "id_j", "patom1": "id_i", "patom2": "id_j", "delta": "overlap"}
 # keywords of compute pair/gran/local of LIGGGHTS with the number of their columns, in the order in which it writes them
 # whatever the order in which they are given; history takes what is left, heatFlux comes last
 LIGGGHTS = {"pos": 6, "vel": 6, "id": 3, "force": 3, "force_normal": 3, "force_tangential": 3, "torque": 3, "torque_normal": 3,
@@ -96,21 +98,26 @@ def is_own(columns: Iterable[str]) -> bool:
 def contact_names(block: Snapshot, names: Names, keywords: Sequence[str] | None) -> dict[str, str]:
     """`resolve` for a contact table, with the numbered columns of LIGGGHTS and of this package's old runs."""
     numbered = liggghts_columns(block, keywords) if keywords is not None else _of_old_run(block)
-    return resolve(block, [*CONTACTS, "state"], {**numbered, **names})
+    others = {name: alias for alias, name in ALIASES.items() if alias in block.columns and name not in block.columns}
+    return resolve(block, [*CONTACTS, "state"], {**others, **numbered, **names})
 
 
 def _of_old_run(block: Snapshot) -> dict[str, str]:
     """Names for the 15 numbered columns of contacts.dump of a run directory of version 0.2; else none."""
     matches = [NUMBERED.fullmatch(column) for column in block.columns]
     places = [int(match[2]) for match in matches if match and match[1] == "c_pairs"]
-    path = Path(block.path)
-    if (
-        path.name != "contacts.dump"
-        or not (path.parent / "run.json").is_file()
-        or places != list(range(1, len(CONTACT_COLUMNS) + 1))
-    ):
+    if places != list(range(1, len(CONTACT_COLUMNS) + 1)) or not _of_run(Path(block.path)):
         return {}
     return dict(zip(CONTACT_COLUMNS, block.columns, strict=True))
+
+
+def _of_run(path: Path) -> bool:
+    """Whether a file is the contact dump of a run directory of this package."""
+    record = path.parent / "run.json"
+    if path.name != "contacts.dump" or not record.is_file():
+        return False
+    with open(record, "rb") as file:
+        return b'"digest"' in file.read(1 << 20)
 
 
 def liggghts_columns(block: Snapshot, keywords: Sequence[str]) -> dict[str, str]:
@@ -127,21 +134,23 @@ def liggghts_columns(block: Snapshot, keywords: Sequence[str]) -> dict[str, str]
     if len(computes) != 1:
         raise InputError(f"{block.where}: --liggghts needs the numbered columns of one compute, c_ID[1] c_ID[2] ...; there are "
                          f"{' '.join(block.columns)}; use --columns")  # fmt: skip
-    total = max(int(match[2]) for match in matches)
+    written = [int(match[2]) for match in matches]
+    total, all_of_them = max(written), written == list(range(1, len(written) + 1))
     places, at = {}, 1
     for word, width in LIGGGHTS.items():
         if word in keywords:
             places[word] = at
             at += width
-    history = total - at + 1
-    if history < 0 or (history and "history" not in keywords):
+    history = total - at + 1 if all_of_them else 0  # of a choice of columns, those up to history have their numbers
+    if history < 0 or (total >= at and "history" not in keywords):
         raise InputError(
             f"{block.where}: pair/gran/local with {' '.join(keywords)} writes {at - 1} "
             f"columns{' and its history' * ('history' in keywords)}, "
             f"the file has {total}; give the keywords of the input script"
         )
     after = list(LIGGGHTS)[list(LIGGGHTS).index("history") + 1 :]
-    places |= {word: place + history for word, place in places.items() if word in after}
+    known = all_of_them or "history" not in keywords
+    places = {word: place + history * (word in after) for word, place in places.items() if known or word not in after}
     return {
         name: f"{computes[0]}[{place}]"
         for name, place in _meaning(places).items()

@@ -19,8 +19,7 @@ from workflow.analysis.frame import Floats, Frame, Ints, sound, without
 from workflow.archive import plausible
 from workflow.archive.columns import FORMS, GRAINS, Reading, check_names, contact_names, resolve
 from workflow.archive.drafts import PathLike
-from workflow.archive.dumps import whole
-from workflow.archive.pairs import NO_CONTACTS, contact_table
+from workflow.archive.pairs import NO_CONTACTS, contact_table, identities
 from workflow.archive.snapshots import Dump, Snapshot
 from workflow.errors import ArchiveError, InputError
 
@@ -67,7 +66,7 @@ class Sample:
         check_names(self.reading.names, block, table)
         frame = _grains(self.grains, block, self.reading, with_contacts=table is not None)
         if table is None or self.contacts is None:
-            frame = _overlapping(frame)
+            frame = _overlapping(frame, block.where)
         else:
             plausible.same_moment(block, table)
             frame = contact_table(frame, self.contacts, table, contact_names(table, self.reading.names, self.reading.liggghts),
@@ -114,7 +113,7 @@ def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: boo
     used = {name: column for name, column in found.items() if name not in _coordinates() or name in forms.values()}
     columns = dump.table(block, list(dict.fromkeys(used.values())))
     known = {name: columns[column] for name, column in used.items()}
-    ids = whole(known["id"], f"{block.where}: grain id")
+    ids = identities(known["id"], block, "grain id")
     order = np.argsort(ids, kind="stable")
     ids, known = ids[order], {name: column[order] for name, column in known.items()}
     twice = np.flatnonzero(np.diff(ids) == 0)
@@ -195,9 +194,10 @@ def _frame(block: Snapshot, ids: Ints, position: Floats, diameter: Floats | None
     return without(sound(frame, block.where, REMEDY), lacks)
 
 
-def _overlapping(frame: Frame) -> Frame:
+def _overlapping(frame: Frame, where: str) -> Frame:
     """The discs that overlap, of whose forces nothing is known."""
     shape = make_frame(frame.position, frame.diameter, frame.cell, origin=frame.origin, periodic=frame.periodic)
+    plausible.near(replace(frame, contacts=shape.contacts), where)
     lacks = {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"}
     note = "no contact table is given: contacts are the discs that overlap, their forces are unknown"
     return without(replace(frame, contacts=shape.contacts, notes=(*frame.notes, note)), lacks)

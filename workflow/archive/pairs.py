@@ -12,7 +12,6 @@ from workflow.analysis.build import nearest
 from workflow.analysis.frame import Contacts, Floats, Frame, Ints, sound, without
 from workflow.archive import plausible
 from workflow.archive.columns import CONTACT_HELP, NUMBERED, Reading, is_own
-from workflow.archive.dumps import whole
 from workflow.archive.snapshots import Dump, Snapshot
 from workflow.errors import ArchiveError
 
@@ -60,10 +59,18 @@ def contact_table(frame: Frame, dump: Dump, block: Snapshot, found: Mapping[str,
     if gap is not None and not own:
         table, said = plausible.only_interactions(table, frame, forces_known="normal" not in lacks)
         notes += said
-    plausible.near(table, frame, block)
+    plausible.near(replace(frame, contacts=table), block.where)
     if "normal" not in lacks:
         notes += plausible.forces(table, block, reading.attraction)
     return without(sound(replace(frame, contacts=table, notes=(*frame.notes, *notes)), block.where, REMEDY), lacks)
+
+
+def identities(values: Floats, block: Snapshot, name: str) -> Ints:
+    """Numbers of grains.  Raises ArchiveError if one is no whole number."""
+    broken = values[(values != np.floor(values)) | (np.abs(values) >= 2.0**53)]
+    if len(broken):
+        raise ArchiveError(f"{block.where}: {name} {broken[0]:g} is no whole number; name the column of the ids with --columns")
+    return values.astype(np.int64)
 
 
 def _rows(known: Known, kept: np.ndarray) -> Known:
@@ -72,7 +79,7 @@ def _rows(known: Known, kept: np.ndarray) -> Known:
 
 def _ordered(known: Known, frame: Frame, block: Snapshot) -> tuple[Known, Ints, Ints]:
     """Rows with i below j, sorted, and the two rows of the grains."""
-    ends = [whole(known[name], f"{block.where}: grain {name}") for name in ("id_i", "id_j")]
+    ends = [identities(known[name], block, name) for name in ("id_i", "id_j")]
     for end in ends:
         absent = end[~np.isin(end, frame.ids)]
         if len(absent):
@@ -213,7 +220,7 @@ def _of_vector(known: Known, branch: Floats, block: Snapshot) -> tuple[Floats, F
     if {"tx", "ty"} <= set(known):
         scale = float(np.abs(force).max(initial=0.0))
         oblique = np.abs((force * t).sum(axis=1)) > 10 * CENTRAL * scale
-        if oblique.any():
+        if oblique.any() and (known["tx"].any() or known["ty"].any()):
             raise ArchiveError(
                 f"{block.where}: fx fy are not along the line of centres in {int(oblique.sum())} rows, so that "
                 f"they hold the tangential "

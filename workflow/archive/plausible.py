@@ -13,6 +13,7 @@ from workflow.archive.snapshots import Snapshot
 from workflow.errors import ArchiveError, InputError
 
 PLANE = 1e-6  # of a diameter: centres in one plane
+DEEPEST = 0.5  # of the mean diameter of two grains; what overlaps farther is no contact
 DEEP = 0.2  # of the mean diameter: no contact is overlapped that far, but in what is projected from space
 APART = 1e-4  # of the mean diameter: a gap above it is no rounding of a file with six digits
 DIFFERS = 1e-3  # of the mean |N|: net forces that differ by more are not rounding
@@ -51,21 +52,32 @@ def same_moment(grains: Snapshot, contacts: Snapshot) -> None:
                          "grains and contacts of one run")  # fmt: skip
 
 
-def near(table: Contacts, frame: Frame, block: Snapshot) -> None:
+def near(frame: Frame, where: str) -> None:
     """Raises InputError for pairs farther apart than they can act on each other."""
+    table = frame.contacts
     if not (table.distance > 0.0).all():
         k = int(np.argmin(table.distance))
         raise ArchiveError(
-            f"{block.where}: grains {frame.ids[table.i[k]]} and {frame.ids[table.j[k]]} have one centre; correct the file"
+            f"{where}: grains {frame.ids[table.i[k]]} and {frame.ids[table.j[k]]} have one centre; correct the file"
         )
     if "diameter" in frame.lacks or not len(table):
         return
+    mean = (frame.diameter[table.i] + frame.diameter[table.j]) / 2
+    k = int(np.argmin(table.distance / mean))
+    if table.distance[k] < (1.0 - DEEPEST) * mean[k]:
+        raise InputError(
+            f"{where}: the centres of grains {frame.ids[table.i[k]]} and {frame.ids[table.j[k]]} are "
+            f"{table.distance[k]:.4g} apart, "
+            f"their mean diameter is {mean[k]:.4g}: no disc is overlapped that far; the lengths are of other "
+            f"units, the radii diameters, "
+            "or the data three-dimensional"
+        )
     gap = table.distance - (frame.diameter[table.i] + frame.diameter[table.j]) / 2
     far = np.flatnonzero(gap > frame.diameter.max())
     if len(far):
         k = far[0]
         raise InputError(
-            f"{block.where}: grains {frame.ids[table.i[k]]} and {frame.ids[table.j[k]]} are "
+            f"{where}: grains {frame.ids[table.i[k]]} and {frame.ids[table.j[k]]} are "
             f"{table.distance[k]:.4g} apart, more than two "
             f"diameters ({len(far)} such rows): the table is of another sample or step, or the columns of the ids are others"
         )
@@ -142,6 +154,11 @@ def _missed(frame: Frame) -> list[str]:
     if not missed.any():
         return []
     k = int(np.argmax(np.where(missed, depth, 0.0)))
+    if 2 * int(missed.sum()) > len(i):
+        raise InputError(f"{int(missed.sum())} of {len(i)} pairs of discs that overlap are not in the table of "
+                         f"contacts, deepest "
+                         f"{frame.ids[i[k]]} and {frame.ids[j[k]]} by {depth[k]:.3g}: it is of another step, or "
+                         f"incomplete")  # fmt: skip
     return [f"{int(missed.sum())} pairs of discs overlap and are not in the table of contacts, deepest {frame.ids[i[k]]} and "
             f"{frame.ids[j[k]]} by {depth[k]:.3g}: they are not counted"]  # fmt: skip
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
 from workflow.archive.columns import GRAINS, Reading, resolve
 from workflow.archive.foreign import Sample
 from workflow.archive.snapshots import Dump
@@ -34,49 +33,51 @@ def gathered(grains: Sequence[Path], contacts: Sequence[Path], reading: Reading,
     """The samples among ``grains``, each with its ``contacts``; ``apart``: every file is one.
 
     Files are steps of one sample if no two have a step in common and a grain has one diameter in all of them.  Of
-    several samples each has one file of contacts, in the same order, or all have the same one.  Raises InputError.
+    several samples each file of grains has its file of contacts, or each sample, in the same order, or all share one.
+    Raises InputError.
     """
-    if not grains:
-        return
-    if len(grains) == 1 or (not apart and _one_sample(grains, reading)):
-        note = (
-            f"{len(grains)} dumps are taken as steps of one sample: their steps differ, their grains do not (else: --samples)"
-        )
-        yield Files(tuple(grains), tuple(contacts), (note,) if len(grains) > 1 else ())
-        return
-    if len(contacts) not in (0, 1, len(grains)):
+    each = [[number] for number in range(len(grains))]
+    samples = each if apart or len(grains) < 2 else _samples(grains, reading)
+    if len(samples) > 1 and len(contacts) not in (0, 1, len(grains), len(samples)):
         raise InputError(
-            f"{len(grains)} samples and {len(contacts)} files of contacts: give one for each sample, in the same order"
+            f"{len(samples)} samples in {len(grains)} files of grains, and {len(contacts)} files of contacts: "
+            f"give one for each, in "
+            "the same order"
         )
-    for number, path in enumerate(grains):
-        yield Files((path,), tuple(contacts[number : number + 1] if len(contacts) > 1 else contacts))
+    for number, members in enumerate(samples):
+        tables = list(contacts)
+        if len(samples) > 1 and len(contacts) > 1:
+            tables = [contacts[k] for k in (members if len(contacts) == len(grains) else [number])]
+        note = (
+            f"{len(members)} dumps are taken as steps of one sample: their steps differ, their grains do not (else: --samples)"
+        )
+        yield Files(tuple(grains[k] for k in members), tuple(tables), (note,) if len(members) > 1 else ())
 
 
-def _one_sample(paths: Sequence[Path], reading: Reading) -> bool:
-    """Whether the files are steps of one sample."""
-    steps: set[int] = set()
-    known: dict[float, float] = {}
-    for path in paths:
+def _samples(paths: Sequence[Path], reading: Reading) -> list[list[int]]:
+    """Numbers of the files of each sample."""
+    found: list[tuple[list[int], set[int], dict[float, float]]] = []
+    for number, path in enumerate(paths):
         dump = Dump([path])
-        if steps & set(dump.snapshots):
-            return False
-        steps |= set(dump.snapshots)
-        ids, sizes = _sizes(dump, reading)
-        if any(
-            not np.isclose(known.get(grain, size), size, rtol=1e-5)
-            for grain, size in zip(ids.tolist(), sizes.tolist(), strict=True)
-        ):
-            return False
-        known |= dict(zip(ids.tolist(), sizes.tolist(), strict=True))
-    return True
+        steps, sizes = set(dump.snapshots), _sizes(dump, reading)
+        for members, taken, known in found:
+            if not steps & taken and all(np.isclose(known.get(grain, size), size, rtol=1e-5) for grain, size in sizes.items()):
+                members.append(number)
+                taken |= steps
+                known |= sizes
+                break
+        else:
+            found.append(([number], steps, sizes))
+    return [members for members, _, _ in found]
 
 
-def _sizes(dump: Dump, reading: Reading) -> tuple[Floats, Floats]:
-    """Ids and sizes of the grains of the first snapshot; 1 where they have none."""
+def _sizes(dump: Dump, reading: Reading) -> dict[float, float]:
+    """{id: size} of the grains of the first snapshot; sizes are 1 where they are not given."""
     block = next(iter(dump.snapshots.values()))
     found = resolve(block, GRAINS, reading.names)
-    names = [found[name] for name in ("id", "diameter", "radius") if name in found][:2]
     if "id" not in found:
-        return np.empty(0), np.empty(0)
-    columns = dump.table(block, names)
-    return columns[names[0]], columns[names[1]] if len(names) > 1 else np.ones(block.rows)
+        return {}
+    size = next((found[name] for name in ("diameter", "radius") if name in found), None)
+    columns = dump.table(block, [found["id"]] + ([size] if size else []))
+    sizes = columns[size] if size else np.ones(block.rows)
+    return dict(zip(columns[found["id"]].tolist(), sizes.tolist(), strict=True))

@@ -14,6 +14,9 @@ from workflow.archive.files import shown
 from workflow.errors import ArchiveError
 
 ROWS = 65536  # lines of a table that are in memory as text at one time
+PLAIN = bytes(range(32, 127)) + b"\t\n\v\f\r"
+# NumPy reads bytes as Latin-1, where some beyond ASCII are blanks: a text in an unused column would shift the others
+AS_ASCII = bytes(byte if byte in PLAIN else ord("?") for byte in range(256))
 
 
 def numbers_in(lines: list[bytes], columns: Sequence[int] | None = None) -> Floats:
@@ -44,6 +47,8 @@ def read_columns(path: PathLike, file: BinaryIO, line: int, rows: int, names: Se
     table = np.empty((rows, len(wanted)))
     for done in range(0, rows, ROWS):
         lines = list(islice(file, min(ROWS, rows - done)))
+        if b"".join(lines).translate(None, PLAIN):
+            lines = [row.translate(AS_ASCII) for row in lines]
         part = numbers_in(lines, wanted) if wanted else np.empty((len(lines), 0))
         whole = all(len(row.split()) == len(names) for row in lines)
         if part.shape != (len(lines), len(wanted)) or not whole or not np.isfinite(part).all():

@@ -1,18 +1,16 @@
 """Dumps of other programs and MDAnalysis Universes."""
 
-from dataclasses import replace
-
 import foreign_files as files
 import MDAnalysis
 import numpy as np
 import pytest
 from foreign_files import MU, Way, packing
-from lammps_text import contacts_text, grains_text, random_frame
+from lammps_text import contacts_text, grains_text
 from MDAnalysis.analysis.rdf import InterRDF
 
-from workflow.analysis.build import nearest
 from workflow.analysis.clusters import pair_correlation
 from workflow.analysis.contacts import measure, stress_parts
+from workflow.analysis.frame import Contacts, Frame
 from workflow.analysis.groups import Constants, measure_groups, slipping
 from workflow.analysis.network import Springs, degrees, rigidity_matrix, row_owners
 from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
@@ -48,13 +46,13 @@ def pairs(columns: str, *rows: str) -> str:
 
 
 def plausible_frame():
-    """A random frame whose branches and gaps are those of its positions."""
-    frame = random_frame()
-    table = frame.contacts
-    branch = nearest(frame.position[table.j] - frame.position[table.i], frame.cell)
-    gap = np.hypot(*branch.T) - (frame.diameter[table.i] + frame.diameter[table.j]) / 2
-    kept = gap < frame.diameter.max()
-    return replace(frame, contacts=replace(table, branch=branch, gap=gap).select(kept))
+    """Discs on a lattice with random numbers in every column that geometry leaves free."""
+    p, rng = packing(1), np.random.default_rng(1)
+    count, grains = len(p.i), len(p.ids)
+    gap = np.hypot(*p.branch.T) - p.radius[p.i] - p.radius[p.j]
+    table = Contacts(p.i, p.j, p.branch, gap, *rng.normal(size=(7, count)), *(rng.random((2, count)) > 0.5))
+    return Frame(1000, 0.1, "", p.position.min(axis=0) - 0.1, p.cell, p.ids, 2 * p.radius, p.mass, p.position, p.velocity, p.spin,
+                 rng.normal(size=(grains, 2)), rng.normal(size=grains), table)  # fmt: skip
 
 
 @pytest.mark.parametrize("of_version", ["0.2", "now"])
@@ -71,7 +69,7 @@ def test_dumps_of_this_package_are_read_alike(of_version, tmp_path):
     if of_version == "0.2":
         with pytest.raises(ArchiveError, match="column id_i, id_j missing in c_pairs"):
             next(foreign_frames(*paths))
-        (tmp_path / "run.json").write_text("{}")
+        (tmp_path / "run.json").write_text('{"digest": "a run"}')
     own, foreign = next(read_frames(*paths)), next(foreign_frames(*paths))
     for name in ("i", "j", "branch", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "stretch", "rotation",
                  "sliding", "rolling"):  # fmt: skip

@@ -53,7 +53,8 @@ Names = Mapping[str, str]
 class Reading:
     """What the user says of the files: ``names`` {name here: column}, ``liggghts``: keywords of its compute pair/gran/local
     (empty: the default ones, None: another program's table), and of the law: ``friction`` mu (None: unknown), ``attraction``
-    F0, ``rolling``: contacts resist rolling.
+    F0, ``rolling``: contacts resist rolling.  ``complete``: a table
+    that lacks pairs of overlapping discs is refused, else they are said.
 
     With mu a contact without flags slides where |T| >= mu (N + F0) (1 - 1e-4).
     """
@@ -63,6 +64,7 @@ class Reading:
     friction: float | None = None
     attraction: float = 0.0
     rolling: bool = False
+    complete: bool = False
 
 
 def check_names(names: Names, *blocks: Snapshot | None) -> None:

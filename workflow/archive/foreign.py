@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 REMEDY = "correct the file, or name its columns with --columns"
 UNIFORM = ("lj", "si", "cgs", "micro", "nano", "")  # units of LAMMPS in which m v^2 is a force times a length
+FEW = 20
 VECTORS = {"velocity": ("vx", "vy"), "force": ("fx", "fy")}
 SCALARS = {"mass": "mass", "spin": "omegaz", "torque": "tqz"}
 
@@ -64,13 +65,13 @@ class Sample:
         block = self.grains.snapshots[step]
         table = self.contacts.snapshots[step] if self.contacts else None
         check_names(self.reading.names, block, table)
-        frame = _grains(self.grains, block, self.reading, with_contacts=table is not None)
+        frame, rounding = _grains(self.grains, block, self.reading, with_contacts=table is not None)
         if table is None or self.contacts is None:
-            frame = _overlapping(frame, block.where)
+            frame = _overlapping(frame, block.where, rounding)
         else:
             plausible.same_moment(block, table)
             frame = contact_table(frame, self.contacts, table, contact_names(table, self.reading.names, self.reading.liggghts),
-                                  self.reading)  # fmt: skip
+                                  self.reading, rounding)  # fmt: skip
         place = [f"frame {number % len(self.steps) + 1} of {len(self.steps)}, step {step}"] if len(self.steps) > 1 else []
         return replace(frame, notes=(*place, *self.notes, *frame.notes, *plausible.notes_of(frame, self.reading.friction)))
 
@@ -101,8 +102,9 @@ def foreign_frames(
     yield from Sample([grains], [] if contacts is None else [contacts], given).frames()
 
 
-def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: bool) -> Frame:
-    """The grains of a snapshot; ``with_contacts``: a table of them comes, so that diameters may lack."""
+def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: bool) -> tuple[Frame, float]:
+    """The grains of a snapshot; ``with_contacts``: a table of them comes, so that diameters may lack.  And
+    how far the positions are rounded."""
     found = resolve(block, GRAINS, reading.names)
     forms = {axis: _form(axis, found, reading.names) for axis in "xyz"}
     sized = with_contacts or {"diameter", "radius"} & set(found)
@@ -124,7 +126,12 @@ def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: boo
     place = {axis: _place(known, axis, form, block) for axis, form in forms.items() if form is not None}
     diameter = _diameter(known, block, reading.names)
     plausible.flat(block, place.get("z"), diameter)
-    return _frame(block, ids, np.column_stack((place["x"], place["y"])), diameter, known)
+    sides = block.bounds[:2, 1] - block.bounds[:2, 0]
+    rounding = max(plausible.last_digit(known[form]) * (sides[k] if "s" in form[1:] else 1.0)
+                   for k, axis in enumerate("xy") if (form := forms[axis]) is not None)  # fmt: skip
+    if diameter is not None and len(np.unique(diameter)) > FEW:  # a few sizes may be round numbers
+        rounding = max(rounding, plausible.last_digit(diameter))
+    return _frame(block, ids, np.column_stack((place["x"], place["y"])), diameter, known), rounding
 
 
 def _coordinates() -> set[str]:
@@ -194,13 +201,14 @@ def _frame(block: Snapshot, ids: Ints, position: Floats, diameter: Floats | None
     return without(sound(frame, block.where, REMEDY), lacks)
 
 
-def _overlapping(frame: Frame, where: str) -> Frame:
+def _overlapping(frame: Frame, where: str, rounding: float) -> Frame:
     """The discs that overlap, of whose forces nothing is known."""
     shape = make_frame(frame.position, frame.diameter, frame.cell, origin=frame.origin, periodic=frame.periodic)
-    plausible.near(replace(frame, contacts=shape.contacts), where)
+    plausible.near(shape.contacts.i, shape.contacts.j, shape.contacts.branch, frame, where)
     lacks = {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"}
     note = "no contact table is given: contacts are the discs that overlap, their forces are unknown"
-    return without(replace(frame, contacts=shape.contacts, notes=(*frame.notes, note)), lacks)
+    notes = (*frame.notes, note, *plausible.near_touching(frame, rounding))
+    return without(replace(frame, contacts=shape.contacts, notes=notes), lacks)
 
 
 def _range(steps: Sequence[int]) -> str:

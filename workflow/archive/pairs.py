@@ -27,8 +27,11 @@ REMEDY = "correct the file, or name its columns with --columns"
 Known = dict[str, Floats]
 
 
-def contact_table(frame: Frame, dump: Dump, block: Snapshot, found: Mapping[str, str], reading: Reading) -> Frame:
-    """``frame`` with the interactions of ``block``; ``found``: {name here: column}.  Raises ArchiveError and InputError."""
+def contact_table(
+    frame: Frame, dump: Dump, block: Snapshot, found: Mapping[str, str], reading: Reading, rounding: float = 0.0
+) -> Frame:
+    """``frame`` with the interactions of ``block``; ``found``: {name here: column}, ``rounding`` of the positions.  Raises
+    ArchiveError and InputError."""
     missing = [name for name in ("id_i", "id_j") if name not in found]
     if missing:
         hint = (
@@ -48,6 +51,7 @@ def contact_table(frame: Frame, dump: Dump, block: Snapshot, found: Mapping[str,
     known, i, j = _ordered(known, frame, block)
     known, i, j, notes = _once(known, i, j, frame, block)
     branch = _branch(known, i, j, frame, block)
+    plausible.near(i, j, branch, frame, block.where)
     gap = _gap(known, i, j, branch, frame, block)
     parts, lacks = _forces(known, branch, block, reading)
     forces: dict[str, Any] = {**parts}
@@ -57,12 +61,13 @@ def contact_table(frame: Frame, dump: Dump, block: Snapshot, found: Mapping[str,
     lacks |= {"gap"} if gap is None else set()
     lacks |= {name for name, column in (("stretch", "du"), ("rotation", "dtheta")) if column not in known}
     if gap is not None and not own:
-        table, said = plausible.only_interactions(table, frame, forces_known="normal" not in lacks)
+        table, said = plausible.only_interactions(table, frame, rounding, forces_known="normal" not in lacks)
         notes += said
-    plausible.near(replace(frame, contacts=table), block.where)
-    if "normal" not in lacks:
-        notes += plausible.forces(table, block, reading.attraction)
-    return without(sound(replace(frame, contacts=table, notes=(*frame.notes, *notes)), block.where, REMEDY), lacks)
+    if "normal" not in lacks and not own:
+        notes += plausible.forces(table, frame, block, reading.attraction)
+    whole = replace(frame, contacts=table)
+    notes += plausible.missed(whole, rounding, reading.complete and not own)
+    return without(sound(replace(whole, notes=(*frame.notes, *notes)), block.where, REMEDY), lacks)
 
 
 def identities(values: Floats, block: Snapshot, name: str) -> Ints:

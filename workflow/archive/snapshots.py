@@ -234,7 +234,8 @@ class Dump:
             found, said = snapshots_in(path)
             if not found:
                 raise InputError(
-                    f"'{path}' holds no complete snapshot; give another dump" + "".join(f" ({note})" for note in said)
+                    f"'{path}' holds no complete snapshot (a last line without its end counts as cut off); give another dump"
+                    + "".join(f" ({note})" for note in said)
                 )
             twice = set()
             for block in found:

@@ -50,6 +50,9 @@ def add_sources(parser: argparse.ArgumentParser, *, measured: bool = True) -> No
                        help="the contacts are of LIGGGHTS' compute pair/gran/local with these keywords, separated by commas "
                        f"(none: its default): {', '.join(LIGGGHTS)}")  # fmt: skip
     group.add_argument("--samples", action="store_true", help="several dumps are different samples, not steps of one")
+    group.add_argument("--partial", action="store_true",
+                       help="discs that overlap and are not in the table of contacts are no contacts (clumps, "
+                            "bonds)")  # fmt: skip
     group.add_argument("--mu", type=float, help="friction coefficient; contacts without a flag slide where |T| reaches mu N")
     if measured:
         group.add_argument("--kn", type=float, default=1.0, help="normal stiffness K_N (default 1: moduli in units of it)")
@@ -202,8 +205,9 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
             raise InputError(f"--{name} {value:g} is not allowed: it must be a number from 0 on")
     words = None if arguments.liggghts is None else arguments.liggghts.replace(",", " ").split()
     return Reading(
-        names=_names(arguments), liggghts=words, friction=arguments.mu, attraction=arguments.f0, rolling=arguments.kr > 0
-    )
+        names=_names(arguments), liggghts=words, friction=arguments.mu, attraction=arguments.f0, rolling=arguments.kr > 0,
+        complete=not arguments.partial,
+    )  # fmt: skip
 
 
 def parameters_of(source: Source, arguments: argparse.Namespace) -> dict[str, Any]:

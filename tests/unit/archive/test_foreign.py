@@ -13,8 +13,9 @@ from workflow.analysis.contacts import measure, stress_parts
 from workflow.analysis.frame import Contacts, Frame
 from workflow.analysis.groups import Constants, measure_groups, slipping
 from workflow.analysis.network import Springs, degrees, rigidity_matrix, row_owners
+from workflow.archive.columns import Reading
 from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
-from workflow.archive.foreign import foreign_frames, universe_frame
+from workflow.archive.foreign import Sample, foreign_frames, universe_frame
 from workflow.errors import ArchiveError, InputError
 
 CELL = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 8\n-0.5 0.5\n"
@@ -207,8 +208,18 @@ def test_neighbours_that_do_not_touch_are_no_contacts(write):
 
 
 def test_discs_that_overlap_and_are_not_in_the_table_are_said(write):
-    frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0"))))
-    assert any("1 pairs of discs overlap and are not in the table" in note for note in frame.notes)
+    paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0"))
+    frame = next(foreign_frames(*paths))
+    assert len(frame.contacts) == 1 and any("1 of 2 pairs of discs that overlap are not in the" in note for note in frame.notes)
+    with pytest.raises(InputError, match=r"deepest 1 and 2 by 0.0566: it is incomplete, or of another step; .* --partial"):
+        Sample([paths[0]], [paths[1]], Reading(complete=True)).frame(0)
+
+
+def test_positions_of_few_digits_leave_open_which_discs_touch(write):
+    """Six digits, as LAMMPS writes unless told otherwise."""
+    close = GRAINS.replace("2 0.5 1.2 1.5", "2 0.5 1.40001 1.00000")
+    frame = next(foreign_frames(*write(close.replace("9.6 1", "9.61234 1.12345").replace("0.4 1", "0.40000 1.00000"))))
+    assert any("positions are given to 1e-05: whether 1 of" in note for note in frame.notes)
 
 
 def test_two_images_of_a_pair_are_two_contacts(write):

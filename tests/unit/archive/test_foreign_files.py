@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from foreign_files import MU, Way, contacts_text, direct, grains_text, packing, write
 from hypothesis import HealthCheck, given, settings
@@ -195,6 +196,10 @@ def spoilt(kind: str, p: Any, way: Way) -> tuple[str, str]:
         contacts = contacts_text(replace(p, normal=-p.normal, tangential=-p.tangential), way)
     elif kind == "no forces":
         contacts = contacts_text(replace(p, normal=0 * p.normal, tangential=0 * p.tangential), way)
+    elif kind == "lost rows":
+        kept = np.delete(np.arange(len(p.i)), [0, len(p.i) // 2])
+        short = {name: getattr(p, name)[kept] for name in ("i", "j", "branch", "normal", "tangential", "slides")}
+        contacts = contacts_text(replace(p, **short), way)
     elif kind == "twice in grains":
         lines = grains.splitlines()
         grains = "\n".join([*lines[:-1], lines[-2]]) + "\n"
@@ -206,7 +211,17 @@ def _count(text: str) -> int:
     return int(lines[next(k for k, line in enumerate(lines) if line.startswith("ITEM: NUMBER OF")) + 1])
 
 
-KINDS = ["space", "other sample", "other box", "unknown grain", "contradiction", "wrong sign", "no forces", "twice in grains"]
+KINDS = [
+    "space",
+    "lost rows",
+    "other sample",
+    "other box",
+    "unknown grain",
+    "contradiction",
+    "wrong sign",
+    "no forces",
+    "twice in grains",
+]
 
 
 @examples(40)

@@ -56,7 +56,7 @@ class Reading:
     F0, ``rolling``: contacts resist rolling.  ``complete``: a table
     that lacks pairs of overlapping discs is refused, else they are said.
 
-    With mu a contact without flags slides where |T| >= mu (N + F0) (1 - 1e-4).
+    With mu a contact without flags slides where |T| >= mu (N + F0) (1 - 1e-3).
     """
 
     names: Mapping[str, str] = field(default_factory=dict)

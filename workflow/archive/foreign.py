@@ -19,14 +19,14 @@ from workflow.analysis.frame import Floats, Frame, Ints, sound, without
 from workflow.archive import plausible
 from workflow.archive.columns import FORMS, GRAINS, Reading, check_names, contact_names, resolve
 from workflow.archive.drafts import PathLike
-from workflow.archive.pairs import NO_CONTACTS, contact_table, identities
-from workflow.archive.snapshots import Dump, Snapshot
+from workflow.archive.dump_tables import Dump
+from workflow.archive.pairs import NO_CONTACTS, REMEDY, contact_table, identities
+from workflow.archive.snapshots import Snapshot
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:
     import MDAnalysis
 
-REMEDY = "correct the file, or name its columns with --columns"
 UNIFORM = ("lj", "si", "cgs", "micro", "nano", "")  # units of LAMMPS in which m v^2 is a force times a length
 FEW = 20
 VECTORS = {"velocity": ("vx", "vy"), "force": ("fx", "fy")}
@@ -72,8 +72,7 @@ class Sample:
             plausible.same_moment(block, table)
             frame = contact_table(frame, self.contacts, table, contact_names(table, self.reading.names, self.reading.liggghts),
                                   self.reading, rounding)  # fmt: skip
-        place = [f"frame {number % len(self.steps) + 1} of {len(self.steps)}, step {step}"] if len(self.steps) > 1 else []
-        return replace(frame, notes=(*place, *self.notes, *frame.notes, *plausible.notes_of(frame, self.reading.friction)))
+        return replace(frame, notes=(*self.notes, *frame.notes, *plausible.notes_of(frame, self.reading.friction)))
 
     def frames(self) -> Iterator[Frame]:
         """All frames, one at a time."""

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.columns import GRAINS, Reading, resolve
+from workflow.archive.dump_tables import Dump
 from workflow.archive.foreign import Sample
-from workflow.archive.snapshots import Dump
 from workflow.errors import InputError
 
 

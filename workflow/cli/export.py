@@ -41,7 +41,7 @@ def action(arguments: argparse.Namespace) -> int:
             raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
     out = arguments.out or folder_of(source) / "export"
     out.mkdir(parents=True, exist_ok=True)
-    for name in names:
-        for path in FORMATS[name].write(frames_of(source, arguments), out):
+    for number, name in enumerate(names):
+        for path in FORMATS[name].write(frames_of(source, arguments, notes=number == 0), out):
             print(path)
     return 0

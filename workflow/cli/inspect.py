@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 
 from workflow.archive.columns import CONTACT_HELP, CONTACTS, GRAINS, contact_names, resolve
+from workflow.archive.dump_tables import Dump
 from workflow.archive.files import unpacked
-from workflow.archive.snapshots import Dump, Snapshot
-from workflow.cli.sources import reading_of
+from workflow.archive.snapshots import Snapshot
+from workflow.cli.dumps import reading_of
 
 
 def columns_of(path: Path, arguments: argparse.Namespace) -> str:

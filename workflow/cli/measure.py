@@ -13,6 +13,7 @@ from workflow.analysis.alike import differing, in_words, kinds
 from workflow.analysis.groups import GROUPS, chosen_groups
 from workflow.analysis.samples import pool
 from workflow.archive.read import Archive
+from workflow.cli.dumps import options_of
 from workflow.cli.inspect import columns_of
 from workflow.cli.options import command
 from workflow.cli.run import summary
@@ -24,7 +25,6 @@ from workflow.cli.sources import (
     measures_from,
     name_of,
     one_source,
-    options_of,
     packing,
     parameters_of,
     sources_of,

@@ -14,6 +14,7 @@ from workflow import __version__
 from workflow.analysis.groups import chosen_groups
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files
+from workflow.cli.dumps import measures_of_dump
 from workflow.cli.measure import lines
 from workflow.cli.options import command
 from workflow.cli.sources import (
@@ -23,7 +24,6 @@ from workflow.cli.sources import (
     folder_of,
     frame_of,
     measures_from,
-    measures_of_dump,
     name_of,
     sources_of,
     tell,

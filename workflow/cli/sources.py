@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import argparse
 import glob
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from workflow.analysis.contacts import measure, stress_parts
 from workflow.analysis.frame import Frame
-from workflow.analysis.groups import Constants, attempt, chosen_groups, measure_groups, slipping
-from workflow.analysis.network import Springs
-from workflow.archive.columns import CONTACT_HELP, LIGGGHTS, Reading
+from workflow.analysis.groups import Constants, chosen_groups
+from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files, gathered
+from workflow.cli.dumps import frame_of_dump, measures_of_dump, options_of, reading_of
 from workflow.engine.collect import ARCHIVE, collect, constants_of, dump_sizes, measures_of
 from workflow.engine.rundir import FINISHED, RunDirectory
 from workflow.errors import ArchiveError, InputError
 from workflow.scene.heap import Heap
 from workflow.scene.presets import Packed
 
-OPTIONS = ("window", "spacing")  # of the command line that are fields of Constants
 Source = Path | Files  # a run directory, or the dumps of one sample
 
 
@@ -107,16 +102,6 @@ def folder_of(source: Source) -> Path:
     return source if isinstance(source, Path) else source.grains[0].parent
 
 
-def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The options that go to the groups of measures."""
-    given = {name: getattr(arguments, name) for name in OPTIONS if getattr(arguments, name) is not None}
-    if "window" in given:
-        low, high = given["window"] = tuple(given["window"])
-        if not 0 <= low < high:
-            raise InputError(f"--window {low:g} {high:g} is not allowed: it must ascend from 0 or more")
-    return given
-
-
 def archived(directory: RunDirectory) -> RunDirectory:
     """The directory with its archive, made now if the deck was run by hand."""
     dump = directory / "grains.dump"
@@ -143,7 +128,7 @@ def _up_to_date(directory: RunDirectory) -> bool:
 def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Constants]:
     """The frame that ``arguments`` choose, and the constants of its law."""
     if isinstance(source, Files):
-        return _foreign(source, arguments)
+        return frame_of_dump(source, arguments)
     directory = archived(RunDirectory.open(source))
     with Archive(directory / ARCHIVE) as archive:
         frame = archive.frame(arguments.frame)
@@ -151,12 +136,13 @@ def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Cons
     return frame, constants_of(scene, scene.law_of(frame.stage), **options_of(arguments))
 
 
-def frames_of(source: Source, arguments: argparse.Namespace) -> Iterator[Frame]:
-    """The frame that ``arguments`` choose, or with ``arguments.all`` every one, read one at a time."""
+def frames_of(source: Source, arguments: argparse.Namespace, *, notes: bool) -> Iterator[Frame]:
+    """The frame that ``arguments`` choose, or with ``arguments.all`` every one, read one at a time; ``notes``: say what is to
+    be said of the first."""
     if isinstance(source, Files):
         sample = source.sample(reading_of(arguments))
-        for frame in sample.frames() if arguments.all else [sample.frame(arguments.frame)]:
-            tell(frame.notes)
+        for number, frame in enumerate(sample.frames() if arguments.all else [sample.frame(arguments.frame)]):
+            tell(frame.notes if not number and notes else ())
             yield frame
         return
     with Archive(archived(RunDirectory.open(source)) / ARCHIVE) as archive:
@@ -181,33 +167,8 @@ def measures_from(source: Source, arguments: argparse.Namespace, groups: Sequenc
     """The measures of one source; those of dumps with ``notes`` of what is to be said of them."""
     if isinstance(source, Path):
         return measures_of(archived(RunDirectory.open(source)), arguments.frame, groups=groups, **options_of(arguments))
-    frame, law = _foreign(source, arguments)
+    frame, law = frame_of_dump(source, arguments)
     return measures_of_dump(frame, law, chosen_groups(groups, frame.grains))
-
-
-def measures_of_dump(frame: Frame, law: Constants, groups: Sequence[str]) -> dict[str, Any]:
-    """The standard numbers with the two parts of the stress, the groups, and the notes."""
-    numbers = measure(frame, force_unit=law.force_unit, tolerance=law.tolerance)
-    numbers["stress"] |= stress_parts(frame)
-    sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
-    time = None if "time" in frame.lacks else frame.time
-    found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, law, groups)
-    if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):
-        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, law))
-    return found | {"time": time, "step": frame.step, "notes": list(frame.notes)}
-
-
-def reading_of(arguments: argparse.Namespace) -> Reading:
-    """What the user says of the dumps.  Raises InputError."""
-    for name in ("mu", "kr", "f0"):
-        value = getattr(arguments, name)
-        if value is not None and not 0.0 <= value < math.inf:
-            raise InputError(f"--{name} {value:g} is not allowed: it must be a number from 0 on")
-    words = None if arguments.liggghts is None else arguments.liggghts.replace(",", " ").split()
-    return Reading(
-        names=_names(arguments), liggghts=words, friction=arguments.mu, attraction=arguments.f0, rolling=arguments.kr > 0,
-        complete=not arguments.partial,
-    )  # fmt: skip
 
 
 def parameters_of(source: Source, arguments: argparse.Namespace) -> dict[str, Any]:
@@ -220,35 +181,3 @@ def parameters_of(source: Source, arguments: argparse.Namespace) -> dict[str, An
     with Archive(directory / ARCHIVE) as archive:
         stage = archive.frame(arguments.frame).stage
     return {"scene": directory.scene.name, **directory.scene.as_mapping(), "stage of the frame": stage}
-
-
-def _foreign(files: Files, arguments: argparse.Namespace) -> tuple[Frame, Constants]:
-    cohesive = arguments.f0 > 0
-    if cohesive and not (arguments.d0 or 0) > 0:
-        raise InputError(f"--f0 {arguments.f0:g} needs the range of the attraction; add --d0")
-    frame = files.sample(reading_of(arguments)).frame(arguments.frame)
-    normal = abs(frame.contacts.normal_force) if "normal" not in frame.lacks else np.empty(0)
-    unit = arguments.force_unit or (arguments.f0 if cohesive else float(normal.mean() if len(normal) else 0.0)) or 1.0
-    kt = arguments.kn if arguments.kt is None else arguments.kt
-    law = Constants(
-        springs=Springs(arguments.kn, kt, arguments.kr, -arguments.f0 / arguments.d0 if cohesive else 0.0),
-        friction=_friction(frame, arguments.mu), rolling=arguments.kr > 0, force_unit=unit, cohesive=cohesive,
-        length=1.0 if "diameter" in frame.lacks else float(frame.diameter.max()), **options_of(arguments),
-    )  # fmt: skip
-    return frame, law
-
-
-def _friction(frame: Frame, mu: float | None) -> float | None:
-    """mu; NaN where the file itself shows that there is friction, by tangential forces and flags of sliding."""
-    shown = not {"tangential", "sliding"} & frame.lacks and bool(frame.contacts.tangential.any())
-    return mu if mu is not None else math.nan if shown else None
-
-
-def _names(arguments: argparse.Namespace) -> dict[str, str]:
-    """--columns as {name used here: column}."""
-    pairs = [word.split("=", 1) for word in arguments.columns.split(",") if word]
-    if any(len(pair) < 2 or not all(pair) for pair in pairs):
-        raise InputError(f"--columns {arguments.columns} is not allowed: write NAME=COLUMN,NAME=COLUMN")
-    if len({name for name, _ in pairs}) < len(pairs):
-        raise InputError(f"--columns {arguments.columns} is not allowed: a name is given twice")
-    return dict(pairs)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.snapshots import Dump
+from workflow.archive.dump_tables import Dump
 from workflow.deck.render import data_file, templates
 from workflow.errors import EngineError
 from workflow.scene.grains import Discs, Floats

@@ -154,8 +154,8 @@ def test_nothing_is_wrapped_where_there_are_walls(write, faces, touching):
 
 
 def test_contacts_slide_where_the_coulomb_limit_is_reached(write):
-    """Without flags in the file: |T| >= mu N (1 - 1e-4); without mu nobody knows."""
-    rows = ["1 2 1.0 0.3", "1 3 2.0 -0.5999"]
+    """Without flags in the file: |T| >= mu N (1 - 1e-3); without mu nobody knows."""
+    rows = ["1 2 1.0 0.3", "1 3 2.0 -0.599"]
     paths = write(GRAINS, pairs("id_i id_j normal tangential", *rows))
     assert next(foreign_frames(*paths, friction=0.3)).contacts.sliding.tolist() == [True, False]
     assert "sliding" in next(foreign_frames(*paths)).lacks

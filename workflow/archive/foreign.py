@@ -219,8 +219,9 @@ def universe_frame(
 ) -> Frame:
     """The current time step of a MDAnalysis Universe of discs in the xy plane, in a rectangular periodic cell.
 
-    ``radii`` default to the Universe's own; ``pairs`` as in `make_frame` (None: the discs that overlap).  MDAnalysis holds
-    positions as float32 (7 digits): a warning says what that leaves of the gaps.  Raises InputError.
+    ``radii`` default to the Universe's own; ``pairs`` as in `make_frame` (None: the discs that overlap); the frame lacks what
+    neither gives.  MDAnalysis holds positions as float32 (7 digits): a warning says what that leaves of the gaps.  Raises
+    InputError.
     """
     atoms, box = universe.atoms, universe.dimensions
     if box is None or not np.allclose(box[3:], 90.0) or not (box[:2] > 0).all():
@@ -238,4 +239,11 @@ def universe_frame(
     diameter = 2.0 * np.asarray(atoms.radii if radii is None else radii, dtype=np.float64)
     cell = np.asarray(box[:2], dtype=np.float64)
     mass: dict[str, Any] = {"mass": np.asarray(atoms.masses, dtype=np.float64)} if hasattr(atoms, "masses") else {}
-    return make_frame(position, diameter, cell, pairs, step=int(universe.trajectory.frame), **mass)
+    lacks = {"time", "velocity", "spin", "force", "torque", *(() if mass else ("mass",)), *_absent(pairs or {})}
+    return without(make_frame(position, diameter, cell, pairs, step=int(universe.trajectory.frame), **mass), lacks)
+
+
+def _absent(pairs: Mapping[str, ArrayLike]) -> set[str]:
+    """The quantities of contacts that ``pairs`` does not give."""
+    parts = {"normal"} if {"normal", "elastic", "viscous", "attraction"} & set(pairs) else set()
+    return {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"} - set(pairs) - parts

@@ -257,6 +257,9 @@ def test_a_universe_is_measured_with_a_warning_about_its_precision(universe):
         frame = universe_frame(universe)
     assert frame.grains == 200
     assert frame.cell.tolist() == [20.0, 20.0]
+    assert {"mass", "velocity", "normal", "sliding"} <= frame.lacks and measure(frame, force_unit=1.0)["stress"][
+        "pressure"
+    ] is None
     assert (frame.contacts.gap < 0).all()
     universe.dimensions = [20.0, 20.0, 20.0, 90.0, 90.0, 60.0]
     with pytest.raises(InputError, match="90 degrees"):

@@ -33,14 +33,45 @@ def test_every_group_of_a_cohesive_packing(cohesive: Path, wf: Wf) -> None:
     assert not missing
 
 
-def test_samples_give_mean_and_scatter(packing: Path, cohesive: Path, wf: Wf) -> None:
-    both = json.loads(wf("measure", packing, cohesive, "--json", "--only", "forces").stdout)
-    each = [json.loads(wf("measure", one, "--json", "--only", "none").stdout)["solid_fraction"] for one in (packing, cohesive)]
+@pytest.fixture(scope="module")
+def second(packing: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The packing with another seed."""
+    folder = tmp_path_factory.mktemp("second")
+    scene = (packing / "scene.toml").read_text()
+    seed = next(line for line in scene.splitlines() if line.startswith("seed"))
+    (folder / "scene.toml").write_text(scene.replace(seed, "seed = 4711"))
+    assert main(["run", str(folder / "scene.toml"), "--out", str(folder / "run")]) == 0
+    return folder / "run"
+
+
+def test_samples_that_differ_in_the_seed_give_mean_and_scatter(packing: Path, second: Path, wf: Wf) -> None:
+    both = json.loads(wf("measure", packing, second, "--json", "--only", "forces").stdout)
+    each = [json.loads(wf("measure", one, "--json", "--only", "none").stdout)["solid_fraction"] for one in (packing, second)]
     assert both["solid_fraction"]["mean"] == pytest.approx(sum(each) / 2)
     assert both["solid_fraction"]["scatter"] == pytest.approx(abs(each[0] - each[1]) / 2**0.5)
-    text = wf("measure", packing, cohesive, "--only", "none").stdout
+    assert "time" not in both and "step" not in both
+    text = wf("measure", packing, second, "--only", "none").stdout
     assert "solid_fraction" in text and "+-" in text
     assert "named twice" in wf("measure", packing, packing).stderr
+
+
+def test_samples_that_differ_in_more_are_shown_apart_with_what_differs(
+    packing: Path, second: Path, cohesive: Path, wf: Wf
+) -> None:
+    found = json.loads(wf("measure", packing, cohesive, second, "--json", "--only", "none").stdout)
+    assert found["differ"]["cohesion"] == [False, True, False] and "seed" not in found["differ"]
+    assert [kind["sources"] for kind in found["kinds"]] == [[str(packing), str(second)], [str(cohesive)]]
+    assert found["kinds"][0]["measures"]["coordination"]["samples"] == 2
+    alone = json.loads(wf("measure", cohesive, "--json", "--only", "none").stdout)
+    assert found["kinds"][1]["measures"] == alone
+    text = wf("measure", packing, cohesive, "--only", "none").stdout
+    assert text.startswith("not averaged") and "cohesion = False | True" in text
+
+
+def test_a_heap_and_a_packing_are_shown_apart(packing: Path, poured: tuple[Path, float], wf: Wf) -> None:
+    found = json.loads(wf("measure", packing, poured[0], "--json").stdout)
+    assert found["differ"]["scene"] == ["method1", "heap"]
+    assert [list(kind["measures"])[:1] for kind in found["kinds"]] == [["grains"], ["scene"]]
 
 
 def test_the_dumps_of_a_run_are_measured_as_the_run(packing: Path, wf: Wf) -> None:
@@ -87,14 +118,22 @@ def test_dumps_that_lack_something_are_refused(packing: Path, tmp_path: Path, ca
     assert "solid_fraction" in capsys.readouterr().out
 
 
-def test_figures_by_name(packing: Path, cohesive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_by_name(
+    packing: Path, second: Path, cohesive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     def plot(*words: object) -> int:
         return main(["plot", *map(str, words)])
 
     out = [tmp_path / name for name in ("one", "two", "three")]
     assert plot(packing, "--figure", "cloud,holes", "--format", "png", "--out", out[0]) == 0
     assert sorted(path.name for path in out[0].iterdir()) == ["cloud.png", "holes.png"]
+    assert plot(packing, second, "--figure", "angles", "--format", "svg", "--out", out[1]) == 0
+    assert [path.name for path in out[1].iterdir()] == ["angles.svg"]
+    capsys.readouterr()
     assert plot(packing, cohesive, "--figure", "angles", "--format", "svg", "--out", out[1]) == 0
+    said = capsys.readouterr()
+    assert said.out.split() == [str(out[1] / f"angles.{k}.svg") for k in (1, 2)]
+    assert "not averaged" in said.err and "cohesion = False | True" in said.err
     dumps = [packing / "grains.dump", "--contacts", packing / "contacts.dump"]
     assert plot(*dumps, "--format", "png", "--out", out[2]) == 0
     assert [path.name for path in out[2].iterdir()] == ["forces.png"]

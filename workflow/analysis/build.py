@@ -26,12 +26,14 @@ def make_frame(
     pairs: Mapping[str, ArrayLike] | None = None,
     *,
     origin: ArrayLike = (0.0, 0.0),
+    periodic: tuple[bool, bool] = (True, True),
     **grains: Any,
 ) -> Frame:
     """Frame from arrays; only what is known need be given.
 
     ``position`` (N, 2) or (N, 3) (the third column is ignored), ``diameter`` (N,) or one number, ``cell`` (2,) lengths
-    of the periodic cell, ``origin`` (2,) its lower corner.  ``pairs``: columns of `Contacts`, at least ``i`` and ``j``
+    of the periodic cell, ``origin`` (2,) its lower corner, ``periodic`` of the axes x, y.  ``pairs``: columns of `Contacts`,
+    at least ``i`` and ``j``
     (0-based rows of the grains); None: the discs that touch (`touching_pairs`), without forces.  ``branch`` defaults to
     the vector to the nearest image, ``gap`` to its length less the radii, everything else to 0; ``normal`` may stand for
     the three parts of N (its positive values count as elastic, its negative ones as attraction).  ``grains``: further
@@ -56,10 +58,10 @@ def make_frame(
     if unknown:
         raise InputError(f"'{min(unknown)}' is no field of a frame; known are {', '.join(known)}")
     if pairs is None:
-        i, j = touching_pairs(x, size, lengths)
+        i, j = touching_pairs(x, size, lengths, periodic=periodic)
         pairs = {"i": i, "j": j}
-    table = _contacts(pairs, x, size, lengths)
-    return Frame(origin=corner, cell=lengths, position=x, diameter=size, contacts=table, **known | grains)
+    table = _contacts(pairs, x, size, np.where(periodic, lengths, np.inf))
+    return Frame(origin=corner, cell=lengths, position=x, diameter=size, contacts=table, periodic=periodic, **known | grains)
 
 
 def _numbers(name: str, values: ArrayLike) -> Floats:
@@ -84,8 +86,7 @@ def _contacts(pairs: Mapping[str, ArrayLike], position: Floats, diameter: Floats
         values = {"elastic": np.maximum(normal, 0.0), "attraction": np.minimum(normal, 0.0)} | values
     branch = values.pop("branch", None)
     if branch is None:
-        branch = position[j] - position[i]
-        branch -= cell * np.round(branch / cell)
+        branch = nearest(position[j] - position[i], cell)
     if branch.shape != (len(i), 2):
         raise InputError(f"contacts: branch has the shape {branch.shape}; give ({len(i)}, 2), vectors from i to j")
     gap = values.pop("gap", np.hypot(*branch.T) - (diameter[i] + diameter[j]) / 2)
@@ -101,19 +102,27 @@ def _rows(name: str, values: Floats, grains: int) -> Ints:
     return rows
 
 
-def touching_pairs(position: Floats, diameter: Floats, cell: Floats, reach: float = 0.0) -> tuple[Ints, Ints]:
+def nearest(apart: Floats, cell: Floats) -> Floats:
+    """Vectors (M, 2) to the nearest image; ``cell`` (2,) holds infinity along an axis that is not periodic."""
+    crossed = np.round(apart / cell)
+    return np.asarray(apart - np.where(crossed != 0.0, crossed, 0.0) * np.where(np.isinf(cell), 0.0, cell))
+
+
+def touching_pairs(
+    position: Floats, diameter: Floats, cell: Floats, reach: float = 0.0, *, periodic: tuple[bool, bool] = (True, True)
+) -> tuple[Ints, Ints]:
     """Pairs (i, j), i < j, whose gap to the nearest image is below ``reach`` [length]: two arrays (M,), sorted.
 
-    ``cell`` must be wider than twice the largest diameter plus ``reach``, so that a pair meets at one image only.
+    A periodic ``cell`` must be wider than twice the largest diameter plus ``reach``, so that a pair meets at one image only.
     """
     widest = float(diameter.max(initial=0.0)) + reach
-    if not 2.0 * widest < cell.min():
+    lengths = np.where(periodic, cell, np.inf)
+    if not 2.0 * widest < lengths.min():
         raise InputError(f"cell = {cell}: pairs would meet at two images; it must exceed {2 * widest:.6g}, repeat the cell")
-    inside = position % cell
-    tree = cKDTree(np.where(inside >= cell, 0.0, inside), boxsize=cell)
+    inside = np.where(periodic, position % cell, position)
+    tree = cKDTree(np.where(inside >= lengths, 0.0, inside), boxsize=np.where(periodic, cell, 0.0))
     pairs = tree.query_pairs(widest, output_type="ndarray")
-    apart = position[pairs[:, 1]] - position[pairs[:, 0]]
-    apart -= cell * np.round(apart / cell)
+    apart = nearest(position[pairs[:, 1]] - position[pairs[:, 0]], lengths)
     near = np.hypot(*apart.T) < (diameter[pairs[:, 0]] + diameter[pairs[:, 1]]) / 2 + reach
     i, j = pairs[near].astype(np.int64).T
     order = np.lexsort((j, i))

@@ -213,7 +213,8 @@ def measure(
 
     ``force_unit``: F1 = max(F0, P a).  ``tolerance``: forces below tolerance F1 count as none.  ``targets``: imposed
     stress per axis, None where the length is fixed.  ``energy_residual`` and ``equilibrated`` are the run's, passed
-    through.  ``stress``: xx, yy, xy, yx, pressure, targets and ``deviation``, the largest |sigma - target| (None
+    through.  What needs a quantity that the frame lacks is None.  ``stress``: xx, yy, xy, yx, pressure, targets and
+    ``deviation``, the largest |sigma - target| (None
     without target).  ``unbalanced_force``: largest net ``force``/F1 and ``moment``/(F1 a) from the contact table, and
     the largest differences to the engine's sums in the same units.  ``kinetic_energy``: ``per_grain`` without mean
     drift and, without cohesion, rattlers, ``raw`` with both.
@@ -224,27 +225,33 @@ def measure(
     if not frame.grains:
         raise InputError(f"step {frame.step}: the frame has no grains; choose a frame with at least one")
     threshold = tolerance * force_unit
+    carried = not {"normal", "tangential"} & frame.lacks
     network = coordination(frame, threshold=threshold)
     cohesive = bool((frame.contacts.attraction < 0).any())
     energy = kinetic_energy(frame, network.rattlers & (not cohesive))
-    touching = int(frame.contacts.touching.sum())
+    touching = int(frame.contacts.touching.sum()) if "gap" not in frame.lacks else None
     return {
         "grains": frame.grains,
-        "interactions": {"contacts": touching, "distant": len(frame.contacts) - touching},
-        "solid_fraction": solid_fraction(frame),
+        "interactions": {"contacts": touching, "distant": None if touching is None else len(frame.contacts) - touching},
+        "solid_fraction": _known(solid_fraction(frame)),
         "coordination": network.z,
-        "coordination_backbone": network.z_backbone,
-        "rattler_fraction": network.rattler_fraction,
-        "neighbour_shares": network.shares.tolist(),
-        "distant_share": network.distant_share,
+        "coordination_backbone": network.z_backbone if carried else None,
+        "rattler_fraction": network.rattler_fraction if carried else None,
+        "neighbour_shares": network.shares.tolist() if carried else None,
+        "distant_share": network.distant_share if touching is not None else None,
         "stress": _stress_entry(frame, targets),
-        "rumpf_ratio": rumpf_ratio(frame, threshold=threshold),
-        "rumpf_ratio_weighted": weighted_rumpf_ratio(frame, targets, threshold=threshold),
-        "unbalanced_force": _balance_entry(frame, force_unit),
-        "kinetic_energy": {"per_grain": energy.relative, "raw": energy.raw},
+        "rumpf_ratio": _known(rumpf_ratio(frame, threshold=threshold)),
+        "rumpf_ratio_weighted": _known(weighted_rumpf_ratio(frame, targets, threshold=threshold)),
+        "unbalanced_force": {name: _known(value) for name, value in _balance_entry(frame, force_unit).items()},
+        "kinetic_energy": {"per_grain": _known(energy.relative) if carried else None, "raw": _known(energy.raw)},
         "energy_residual": energy_residual,
         "equilibrated": equilibrated,
     }
+
+
+def _known(value: float | None) -> float | None:
+    """``value``, None for the NaN that comes of what the source lacks."""
+    return None if value is None or np.isnan(value) else value
 
 
 def _stress_entry(frame: Frame, targets: Sequence[float | None]) -> dict[str, Any]:
@@ -253,9 +260,22 @@ def _stress_entry(frame: Frame, targets: Sequence[float | None]) -> dict[str, An
     deviations = [abs(float(sigma[a, a]) - target) for a, target in enumerate(targets) if target is not None]
     (xx, xy), (yx, yy) = sigma.tolist()
     return {
-        "xx": xx, "yy": yy, "xy": xy, "yx": yx, "pressure": (xx + yy) / 2,
+        "xx": _known(xx), "yy": _known(yy), "xy": _known(xy), "yx": _known(yx), "pressure": _known((xx + yy) / 2),
         "targets": list(targets), "deviation": max(deviations, default=None),
     }  # fmt: skip
+
+
+def stress_parts(frame: Frame) -> dict[str, dict[str, float | None]]:
+    """Kinetic and contact part of the stress, each xx, yy, xy, yx, pressure; None where the frame lacks what it takes.
+
+    The contact part of the pressure, sum(N r)/(2 A), needs no tangential forces: these do no work on the branch.
+    """
+    parts = {}
+    for name, ((xx, xy), (yx, yy)) in zip(("kinetic", "contacts"), stress(frame), strict=True):
+        parts[name] = {"xx": xx, "yy": yy, "xy": xy, "yx": yx, "pressure": (xx + yy) / 2}
+    table = frame.contacts
+    parts["contacts"]["pressure"] = float((table.normal_force * table.distance).sum()) / (2 * frame.area)
+    return {part: {name: _known(float(value)) for name, value in values.items()} for part, values in parts.items()}
 
 
 def _balance_entry(frame: Frame, force_unit: float) -> dict[str, float]:

@@ -7,7 +7,7 @@ a, force F0 or a P).  Sign convention (G07 sec. II B): the unit normal n points 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 AT_ONCE = 65_536  # rows of a table that are Python objects
+PARTS = ("elastic", "viscous", "attraction")  # of the normal force
 LARGEST = 1e30  # no number of a frame is larger: its powers stay finite, and it fits float32
 
 
@@ -106,7 +107,8 @@ class Frame:
 
     ``cell`` (2,): lengths L1, L2.  ``origin`` (2,): lower corner.  Per grain: ``ids`` (N,) int64, ``diameter``, ``mass`` (N,),
     ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``spin`` (N,),
-    ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.  ``periodic``: of the axes x, y.
+    ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.  ``periodic``: of the axes x, y.  ``lacks``: what the
+    source does not give, see `without`.  ``notes``: what is to be said of the source with every number.
     """
 
     step: int
@@ -124,6 +126,8 @@ class Frame:
     torque: Floats
     contacts: Contacts
     periodic: tuple[bool, bool] = (True, True)
+    lacks: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
 
     @property
     def grains(self) -> int:
@@ -134,6 +138,12 @@ class Frame:
     def area(self) -> float:
         """Cell area A = L1 L2."""
         return float(self.cell[0] * self.cell[1])
+
+    def need(self, what: str, *names: str) -> None:
+        """Raises InputError if one of ``names`` is lacking: ``what`` is undefined then."""
+        missing = [name for name in names if name in self.lacks]
+        if missing:
+            raise InputError(f"{what}: undefined, the source does not give {', '.join(QUANTITIES[name] for name in missing)}")
 
     def select(self, kept: Bools) -> Frame:
         """The grains of ``kept`` (N,) and the interactions between them, in the same cell."""
@@ -153,26 +163,58 @@ class Tracks:
     position: Floats
 
 
-def sound(frame: Frame, where: str) -> Frame:
+# what a source may lack, in words; "normal" stands for the three parts of N
+QUANTITIES = {
+    "time": "the time", "diameter": "diameters", "mass": "masses", "velocity": "velocities", "spin": "angular velocities",
+    "force": "the sums of the forces on the grains", "torque": "the sums of the moments on the grains", "gap": "gaps",
+    "normal": "normal forces", "tangential": "tangential forces", "moment": "rolling moments",
+    "stretch": "elastic displacements", "rotation": "elastic rotations", "sliding": "which contacts slide",
+    "rolling": "which contacts roll",
+}  # fmt: skip
+
+
+def _fields(lacks: Set[str]) -> set[str]:
+    """Fields of Frame and Contacts that ``lacks`` names."""
+    return {*lacks, *(PARTS if "normal" in lacks else ())}
+
+
+def without(frame: Frame, names: Iterable[str]) -> Frame:
+    """``frame`` with the quantities ``names`` (of QUANTITIES) unknown: NaN, so that no number can come of them, and in
+    ``lacks``.  Truth values and the time, which have no NaN, keep what they are and must not be asked."""
+    lacks = frozenset(names)
+    absent = _fields(lacks)
+
+    def unknown(owner: Frame | Contacts, names: Iterable[str]) -> dict[str, Any]:
+        return {name: np.full_like(getattr(owner, name), np.nan) for name in names if name in absent}
+
+    table = replace(frame.contacts, **unknown(frame.contacts, ("gap", *PARTS, "tangential", "moment", "stretch", "rotation")))
+    grains = unknown(frame, ("diameter", "mass", "velocity", "spin", "force", "torque"))
+    return replace(frame, contacts=table, lacks=frame.lacks | lacks, **grains)
+
+
+DAMAGED = "the file is damaged, or no packing: restore it or run again"
+
+
+def sound(frame: Frame, where: str, remedy: str = DAMAGED) -> Frame:
     """``frame`` itself, if every number in it can be one of a packing.
 
     Finite numbers below LARGEST; cell lengths, diameters and masses above 0; ids above 0 and increasing; pairs of two
-    different grains with distinct centres.  Raises ArchiveError that begins with ``where`` and names the quantity: readers
-    of files end here, so that measures need not doubt their input.
+    different grains with distinct centres.  Raises ArchiveError that begins with ``where``, names the quantity and ends with
+    ``remedy``: readers of files end here, so that measures need not doubt their input.
     """
 
     def demand(fine: Any, what: str) -> None:
         if not np.all(fine):
-            raise ArchiveError(f"{where}: {what}; the file is damaged, or no packing: restore it or run again")
+            raise ArchiveError(f"{where}: {what}; {remedy}")
 
-    count = frame.grains
+    count, unknown = frame.grains, _fields(frame.lacks)
     for owner, name in [(frame, f.name) for f in fields(Frame)] + [(frame.contacts, f.name) for f in fields(Contacts)]:
         value = getattr(owner, name)
-        if isinstance(value, (float, np.ndarray)) and np.asarray(value).dtype.kind == "f":
+        if name not in unknown and isinstance(value, (float, np.ndarray)) and np.asarray(value).dtype.kind == "f":
             demand(np.abs(value) < LARGEST, f"{name} holds a value that is not finite")
     for name in ("diameter", "mass", "position", "velocity", "spin", "force", "torque"):
         demand(len(getattr(frame, name)) == count, f"{name} has not one value per grain")
-    for name in ("cell", "diameter", "mass"):
+    for name in {"cell", "diameter", "mass"} - unknown:
         demand(getattr(frame, name) > 0.0, f"{name} is not above 0")
     demand(frame.ids[:1] > 0, "grain ids are not above 0")
     demand(np.diff(frame.ids) > 0, "grain ids do not increase")

@@ -7,7 +7,7 @@ cannot be had on a frame says why under "error" and leaves the others alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,14 +41,15 @@ PER_DECADE = 16  # shells of |k|
 class Constants:
     """What the groups need to know beside the frame.
 
-    ``springs``: contact stiffnesses.  ``friction`` mu; ``rolling``: contacts resist rolling.  ``force_unit`` F1 = max(F0, P
+    ``springs``: contact stiffnesses.  ``friction`` mu (NaN: there is friction, how much is unknown; None: unknown);
+    ``rolling``: contacts resist rolling.  ``force_unit`` F1 = max(F0, P
     a) and ``tolerance``: forces below tolerance F1 count as none.  ``cohesive``: an attraction acts.  ``length`` a.
     ``window``: range of k of the fractal fit (None: from the smallest k of the cell to pi/a).  ``spacing`` of the mesh of
     C(r) and of the paper's holes (None: a/100, coarser where that makes too many nodes).
     """
 
     springs: Springs
-    friction: float = 0.5
+    friction: float | None = 0.5
     rolling: bool = False
     force_unit: float = 1.0
     tolerance: float = 1e-4
@@ -59,8 +60,10 @@ class Constants:
 
     @property
     def resists(self) -> dict[str, Any]:
-        """Arguments of the rigidity functions."""
-        return {"friction": self.friction > 0, "rolling": self.rolling}
+        """Arguments of the rigidity functions.  Raises InputError if nobody says whether there is friction."""
+        if self.friction is None:
+            raise InputError("undefined without the coefficient of friction: give --mu (0: no friction)")
+        return {"friction": self.friction != 0, "rolling": self.rolling}
 
     @property
     def stressed(self) -> float:
@@ -79,12 +82,22 @@ class Constants:
 
 @dataclass(frozen=True)
 class Group:
-    """``unasked``: number of grains up to which the group is measured unasked (0: only when named)."""
+    """``unasked``: number of grains up to which the group is measured unasked (0: only when named).  ``needs``: quantities
+    without which it is undefined; ``periodic``: it needs a cell without walls."""
 
     meaning: str
     cost: str
     unasked: int
     measure: Callable[[Frame, Constants], dict[str, Any]]
+    needs: tuple[str, ...] = ()
+    periodic: bool = False
+
+    def of(self, frame: Frame, law: Constants) -> dict[str, Any]:
+        """The numbers.  Raises InputError where they are undefined."""
+        frame.need(self.meaning.split(",")[0], *self.needs)
+        if self.periodic and not all(frame.periodic):
+            raise InputError("undefined: it needs a cell that is periodic in x and y, this box has walls")
+        return self.measure(frame, law)
 
 
 def forces_group(frame: Frame, law: Constants) -> dict[str, Any]:
@@ -106,16 +119,22 @@ def forces_group(frame: Frame, law: Constants) -> dict[str, Any]:
 
 def clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Aggregates, clusters of stressed contacts, and the coordination of large and small grains."""
-    whole, stressed = aggregates(frame), stressed_clusters(frame, law.stressed)
-    number = local_coordination(
-        frame, least=1 if law.cohesive else 2, tolerance=None if law.cohesive else law.tolerance * law.force_unit
-    )
-    return {
+    whole = aggregates(frame)
+    found: dict[str, Any] = {
         "aggregates": _census(whole.clusters)
         | {"largest_gyration": float(whole.gyration[0]), "loops": int(whole.clusters.loops.sum())},
-        "stressed": _census(stressed) | {"threshold": law.stressed, "loops": int(stressed.loops.sum())},
-        "coordination_by_size": _by_size(frame.diameter, number),
-    }
+        "stressed": None, "coordination_by_size": None,
+    }  # fmt: skip
+    if {"normal", "tangential"} & frame.lacks:
+        return found
+    stressed = stressed_clusters(frame, law.stressed)
+    found["stressed"] = _census(stressed) | {"threshold": law.stressed, "loops": int(stressed.loops.sum())}
+    if "diameter" not in frame.lacks:
+        number = local_coordination(
+            frame, least=1 if law.cohesive else 2, tolerance=None if law.cohesive else law.tolerance * law.force_unit
+        )
+        found["coordination_by_size"] = _by_size(frame.diameter, number)
+    return found
 
 
 def _census(found: Clusters) -> dict[str, Any]:
@@ -141,6 +160,24 @@ def _by_size(diameter: Floats, number: Ints) -> dict[str, Any]:
 def rigidity_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Counts H and k of the network in a free cell."""
     return dict(rigidity(frame, springs=law.springs, free_cell=True, **law.resists).as_dict())
+
+
+def slipping(frame: Frame, law: Constants) -> dict[str, Any]:
+    """H and k where the contacts that slide resist along their normal alone, as pairs at a distance do.
+
+    In `rigidity_group` they count as sticking (G07 appendix A).  Raises InputError where nobody says which contacts slide.
+    """
+    frame.need("H and k with sliding contacts", "sliding", "gap")
+    if law.rolling:
+        raise InputError("H and k with sliding contacts are not counted where contacts resist rolling")
+    apart = np.where(frame.contacts.sliding & frame.contacts.touching, 0.0, frame.contacts.gap)
+    loose = replace(frame, contacts=replace(frame.contacts, gap=apart))
+    found = rigidity(loose, springs=law.springs, free_cell=True, **law.resists)
+    return {
+        "contacts": int(frame.contacts.sliding.sum()),
+        "hyperstaticity": found.hyperstaticity,
+        "floppy_modes": found.floppy_modes,
+    }
 
 
 def moduli_group(frame: Frame, law: Constants) -> dict[str, Any]:
@@ -183,7 +220,7 @@ def _participating(mobility: Floats) -> float:
 
 def rigid_clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Rigid clusters by counting (pebble game, with friction; sliding contacts count once)."""
-    if not law.friction > 0:
+    if not law.resists["friction"]:
         raise InputError("rigid clusters: the pebble game counts discs with friction; take the group rigidity")
     found = rigid_clusters(frame, rolling=law.rolling)
     size, number = np.unique(found.sizes, return_counts=True)
@@ -196,7 +233,7 @@ def rigid_clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
 
 def vibrations_group(frame: Frame, law: Constants) -> dict[str, Any]:
     """Vibration spectrum in the fixed cell: all modes of a small frame, the lowest ones of a large one."""
-    whole = frame.grains * (3 if law.friction > 0 else 2) <= DENSE
+    whole = frame.grains * (3 if law.resists["friction"] else 2) <= DENSE
     found = vibrations(frame, springs=law.springs, count=None if whole else LOWEST, **law.resists)
     return {"all": whole, "frequency": found.frequency, "participation": found.participation}
 
@@ -227,7 +264,7 @@ def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
     window = fit_window(mean, law)
     number = np.sum([sample.vectors > 0 for sample in samples], axis=0)[(mean.k >= window[0]) & (mean.k <= window[1])]
     weighted = len(number) > 0 and number.min() >= FEW
-    return {"shells": asdict(mean), "fit": _tried(lambda: _fit(mean, window, weighted=weighted))}
+    return {"shells": asdict(mean), "fit": attempt(lambda: _fit(mean, window, weighted=weighted))}
 
 
 def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:
@@ -266,18 +303,21 @@ def _holes(found: Holes, law: Constants) -> dict[str, Any]:
     }  # fmt: skip
 
 
+NETWORK = ("diameter", "gap")  # what a rigidity matrix is made of
 GROUPS: dict[str, Group] = {
-    "forces": Group("force populations, percolation threshold, distributions of N and angle", "0.1, 12", 10_000, forces_group),
+    "forces": Group("force populations, percolation threshold, distributions of N and angle", "0.1, 12", 10_000, forces_group,
+                    ("normal", "tangential")),
     "clusters": Group("aggregates, stressed clusters, loops, coordination by grain size", "0.1, 3", 10_000, clusters_group),
-    "rigidity": Group("hyperstaticity H, floppy modes k, stability", "1.2, 1e5: 43", 10_000, rigidity_group),
-    "elastic_moduli": Group("C11, C22, C12, bulk and shear modulus", "0.2, 1e5: 14", 10_000, moduli_group),
-    "self_stress": Group("hyperstatic clusters and their sizes", "0.8, 1e5: 22", 0, self_stress_group),
-    "floppy_modes": Group("mechanisms and the grains that move in them", "0.7, 1e5: 19", 0, floppy_group),
-    "rigid_clusters": Group("rigid clusters by a (3,3) pebble game", "0.2, 27", 0, rigid_clusters_group),
-    "vibrations": Group("vibration spectrum and participation ratios", "1.7, -", 0, vibrations_group),
-    "pair_correlation": Group("g(r)", "0.3, 63", 0, pair_group),
-    "density": Group("I(k), fit of d_F and xi (G07 eq. 28), C(r)", "2.9, 49", 0, density_group),
-    "holes": Group("holes exactly and on a mesh, <R>_w", "0.8, 30", 0, holes_group),
+    "rigidity": Group("hyperstaticity H, floppy modes k, stability", "1.2, 1e5: 43", 10_000, rigidity_group, NETWORK, True),
+    "elastic_moduli": Group("C11, C22, C12, bulk and shear modulus", "0.2, 1e5: 14", 10_000, moduli_group, NETWORK, True),
+    "self_stress": Group("hyperstatic clusters and their sizes", "0.8, 1e5: 22", 0, self_stress_group, NETWORK, True),
+    "floppy_modes": Group("mechanisms and the grains that move in them", "0.7, 1e5: 19", 0, floppy_group, NETWORK, True),
+    "rigid_clusters": Group("rigid clusters by a (3,3) pebble game", "0.2, 27", 0, rigid_clusters_group,
+                            ("gap", "sliding", "rolling")),
+    "vibrations": Group("vibration spectrum and participation ratios", "1.7, -", 0, vibrations_group, (*NETWORK, "mass"), True),
+    "pair_correlation": Group("g(r)", "0.3, 63", 0, pair_group, (), True),
+    "density": Group("I(k), fit of d_F and xi (G07 eq. 28), C(r)", "2.9, 49", 0, density_group, ("diameter",), True),
+    "holes": Group("holes exactly and on a mesh, <R>_w", "0.8, 30", 0, holes_group, ("diameter", "gap"), True),
 }  # fmt: skip
 
 
@@ -295,10 +335,11 @@ def chosen_groups(names: Sequence[str] | None, grains: int) -> list[str]:
 
 def measure_groups(frame: Frame, law: Constants, names: Sequence[str]) -> dict[str, Any]:
     """Group name -> numbers, ready for JSON (numbers that are not defined are None)."""
-    return {name: plain(_tried(lambda name=name: GROUPS[name].measure(frame, law))) for name in names}  # type: ignore[misc]
+    return {name: plain(attempt(lambda name=name: GROUPS[name].of(frame, law))) for name in names}  # type: ignore[misc]
 
 
-def _tried(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def attempt(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """The numbers, or why they cannot be had."""
     try:
         return part()
     except WorkflowError as fault:

@@ -13,19 +13,23 @@ from workflow.analysis.density import Scattering
 from workflow.analysis.groups import Constants, density_of, plain
 from workflow.errors import InputError
 
+CLOCK = ("step", "time")  # of a frame; their mean over samples means nothing
 
-def pool(samples: Sequence[Mapping[str, Any]], law: Constants) -> dict[str, Any]:
+
+def pool(samples: Sequence[Mapping[str, Any]], law: Constants | None) -> dict[str, Any]:
     """Every number of ``samples`` (the measures of one sample each) as {"mean", "scatter", "samples"}.
 
     ``scatter``: standard deviation over the samples that have the number (None for one).  Lists of equal length are
     pooled entry by entry, to "mean" and "scatter" lists; truth values become the number of samples in which they hold;
-    what the samples do not share is left out.  I(k) is averaged over the samples on shells of equal k, and eq. 28 is
+    what the samples do not share, step and time are left out.  I(k) is averaged over the samples on
+    shells of equal k, and eq. 28 is
     fitted to the average (G07 fig. 23), see `fit_fractal` for the weights.
     """
     if not samples:
         raise InputError("there are no samples to pool; give at least one")
-    pooled = {name: _pool([sample[name] for sample in samples]) for name in samples[0] if all(name in s for s in samples)}
-    if "density" in pooled:
+    shared = [name for name in samples[0] if name not in CLOCK and all(name in sample for sample in samples)]
+    pooled = {name: _pool([sample[name] for sample in samples]) for name in shared}
+    if "density" in pooled and law is not None:
         parts = [sample["density"] for sample in samples]
         pooled["density"] = plain(density_of(_common([_scattering(p["shells"]) for p in parts if "shells" in p]), law))
     return {name: part for name, part in pooled.items() if part is not None}

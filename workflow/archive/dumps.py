@@ -16,15 +16,18 @@ from typing import BinaryIO
 import numpy as np
 
 from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
+from workflow.archive import text
 from workflow.archive.drafts import PathLike
+from workflow.archive.text import numbers_in, numeric
 from workflow.errors import ArchiveError
 
 CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
 TRACK_COLUMNS = ("id", "x", "y")
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
-ROWS = 65536  # lines of a table that are in memory as text at one time
 MOST_DIGITS = 18  # of a whole number that fits 64 bits
-CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
+# of a contact dump; the decks up to version 0.2 left them numbered, c_pairs[1] to c_pairs[15]
+CONTACT_COLUMNS = ("id_i", "id_j", "state", "bx", "by", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "du",
+                   "dtheta", "sliding", "rolling")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,11 @@ class Block:
     table: Floats
     line: int
     periodic: tuple[bool, bool] = (True, True)
+
+    @property
+    def named(self) -> dict[str, Floats]:
+        """{column: (rows,)}."""
+        return dict(zip(self.columns, self.table.T, strict=True))
 
 
 class _Truncated(Exception):
@@ -73,12 +81,12 @@ class _Lines:
     def numbers(self, rows: int, columns: int, what: str) -> Floats:
         """``rows`` lines of ``columns`` finite numbers each."""
         table = np.empty((rows, columns))
-        for done in range(0, rows, ROWS):
+        for done in range(0, rows, text.ROWS):
             first = self.number + 1
-            lines = self.take(min(ROWS, rows - done))
-            part = _table(lines)
+            lines = self.take(min(text.ROWS, rows - done))
+            part = numbers_in(lines)
             if part.shape != (len(lines), columns) or not np.isfinite(part).all():
-                bad = (k for k, line in enumerate(lines) if not _numeric(line, columns, finite=True))
+                bad = (k for k, line in enumerate(lines) if not numeric(line, columns, finite=True))
                 self.number = first + next(bad, 0)
                 raise self.fault(f"expected {columns} finite numbers per line ({what})")
             table[done : done + len(lines)] = part
@@ -98,49 +106,15 @@ class _Lines:
         )
 
 
-def _table(lines: list[bytes]) -> Floats:
-    """Lines of numbers as a table, an empty one if they are none."""
-    if not lines[0].strip():  # of lines without content NumPy warns
-        return np.empty((0, 0))
-    try:
-        return np.loadtxt(lines, comments=None, ndmin=2)
-    except ValueError:
-        return np.empty((0, 0))
-
-
-def _numeric(line: bytes, columns: int, finite: bool) -> bool:
-    try:
-        values = [float(word) for word in line.split()]
-    except ValueError:
-        return False
-    return len(values) == columns and (not finite or bool(np.isfinite(values).all()))
-
-
-def _clock(lines: _Lines, foreign: bool) -> float:
-    """The time, up to the line ``ITEM: TIMESTEP``; a foreign dump may lack it (NaN), and may name its units first."""
-    if foreign:
-        ahead = lines.file.peek(80).split(b"\n")[0].strip()  # type: ignore[attr-defined]
-        if ahead == b"ITEM: UNITS":
-            lines.take(2)
-            ahead = lines.file.peek(80).split(b"\n")[0].strip()  # type: ignore[attr-defined]
-        if ahead == b"ITEM: TIMESTEP":
-            lines.take(1)
-            return float("nan")
+def _block(lines: _Lines, kind: str) -> Block:
+    """The next snapshot; ``kind`` is ATOMS or ENTRIES."""
     lines.header("TIME")
     time = float(lines.numbers(1, 1, "the time")[0, 0])
     lines.header("TIMESTEP")
-    return time
-
-
-def _block(lines: _Lines, kind: str, foreign: bool) -> Block:
-    """The next snapshot; ``kind`` is ATOMS or ENTRIES."""
-    time = _clock(lines, foreign)
     step = lines.integer("the time step")
     lines.header(f"NUMBER OF {kind}")
     rows = lines.integer("the number of rows")
     faces = lines.header("BOX BOUNDS").split()
-    if foreign and (len(faces) > 3 or faces[:2] != ["pp", "pp"]):
-        raise lines.fault(f"the cell is '{' '.join(faces)}', expected a rectangle periodic in x and y, 'pp pp ...'")
     bounds = lines.numbers(3, 2, "lower and upper box face")
     columns = tuple(lines.header(kind).split())
     line = lines.number
@@ -148,19 +122,18 @@ def _block(lines: _Lines, kind: str, foreign: bool) -> Block:
     return Block(step, time, bounds, columns, lines.numbers(rows, len(columns), " ".join(columns)), line, periodic)
 
 
-def read_blocks(path: PathLike, kind: str, *, foreign: bool = False) -> Iterator[Block]:
-    """Snapshots of a LAMMPS ``dump custom`` (kind ATOMS) or ``dump local`` (kind ENTRIES), steps increasing.
+def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
+    """Snapshots of a LAMMPS ``dump custom`` (kind ATOMS) or ``dump local`` (kind ENTRIES) of a run, steps increasing.
 
-    A step written twice (the end of one stage is the start of the next) is given once, as first written.  ``foreign``:
-    the dump of another deck, which may lack the time (then NaN) and must be periodic in x and y.  Raises ArchiveError
-    for a missing file, damage before the last frame, or steps that go back.
+    A step written twice (the end of one stage is the start of the next) is given once, as first written.  Raises
+    ArchiveError for a missing file, damage before the last frame, or steps that go back.
     """
     last = -1
     with _open(path) as file:
         lines = _Lines(path, file)
         while True:
             try:
-                block = _block(lines, kind, foreign)
+                block = _block(lines, kind)
             except _Truncated:
                 return
             if block.step < last:
@@ -187,8 +160,9 @@ def read_frames(
 ) -> Iterator[Frame]:
     """Frames of a run: the steps present in both dumps, in order; one at a time.
 
-    ``grains``: columns `GRAIN_COLUMNS` in any order, others are ignored; sorted by id.  ``contacts``: the 15 columns
-    in fixed order, by position; rows of state 0 are dropped, the others brought to i < j (which flips branch, moment
+    ``grains``: columns `GRAIN_COLUMNS` in any order, others are ignored; sorted by id.  ``contacts``: `CONTACT_COLUMNS`
+    by name, or by position where the deck left them numbered; rows of state 0 are dropped,
+    the others brought to i < j (which flips branch, moment
     and rotation, while T and du keep their sign) and sorted by (i, j).  ``series`` (see `read_series`) gives each frame
     the stage number of the last row at or before its step, and ``stages`` names the numbers (default: the number).
     """
@@ -263,12 +237,15 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
 
 
 def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
-    if len(block.columns) != CONTACT_COLUMNS:
+    named = set(CONTACT_COLUMNS) <= set(block.columns)
+    if not named and (len(block.columns) != len(CONTACT_COLUMNS) or set(CONTACT_COLUMNS) & set(block.columns)):
         raise ArchiveError(
-            f"{path}, line {block.line}: {len(block.columns)} columns, expected {CONTACT_COLUMNS}; "
+            f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected {' '.join(CONTACT_COLUMNS)}; "
             "correct the dump local command of the deck"
         )
-    table = block.table[block.table[:, 2] != 0]
+    place = [block.columns.index(name) for name in CONTACT_COLUMNS] if named else slice(None)
+    table = block.table[:, place]
+    table = table[table[:, 2] != 0]
     swap = table[:, 0] > table[:, 1]
     table[swap, :2] = table[swap, 1::-1]
     table[np.ix_(swap, (3, 4, 10, 12))] *= -1.0
@@ -312,10 +289,10 @@ def read_series(path: PathLike) -> dict[str, Floats]:
         raise ArchiveError(f"{path}, line 1: found '{title.strip()[:60]}', expected '# step time ... stage ...'; "
                            "correct the fix print command of the deck")  # fmt: skip
     rows = [(number, line) for number, line in enumerate(lines[1:], 2) if line != lines[0]]
-    table = _table([line for _, line in rows]) if rows else np.empty((0, len(names)))
+    table = numbers_in([line for _, line in rows]) if rows else np.empty((0, len(names)))
     back = np.flatnonzero(np.diff(table[:, 0]) < 0) + 1 if table.shape == (len(rows), len(names)) else [None]
     if len(back):
-        bad = (n for n, line in rows if not _numeric(line, len(names), finite=False))
+        bad = (n for n, line in rows if not numeric(line, len(names), finite=False))
         number = next(bad, 2) if back[0] is None else rows[back[0]][0]
         raise ArchiveError(f"{path}, line {number}: expected {len(names)} numbers ({' '.join(names)}) and "
                            "increasing steps; the file is damaged; restore it or run again")  # fmt: skip
@@ -338,6 +315,6 @@ def read_last_row(path: PathLike) -> dict[str, Floats]:
         file.seek(max(end - 16_384, start))
         lines = file.read().split(b"\n")[:-1]
     for line in reversed(lines):
-        if _numeric(line, len(names), finite=False):
+        if numeric(line, len(names), finite=False):
             return {name: np.array([float(word)]) for name, word in zip(names, line.split(), strict=True)}
     return {}

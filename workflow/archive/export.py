@@ -40,14 +40,21 @@ class Format:
 
 
 def grain_columns(frame: Frame) -> Columns:
-    """Grains as columns (N,), in scene units; names as in the dumps of a run."""
+    """Grains as columns (N,), in scene units, of what the frame has; names as in the dumps of a run."""
     (x, y), (vx, vy), (fx, fy) = frame.position.T, frame.velocity.T, frame.force.T
-    return {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x, "y": y, "vx": vx, "vy": vy,
-            "spin": frame.spin, "fx": fx, "fy": fy, "torque": frame.torque}  # fmt: skip
+    columns = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x, "y": y, "vx": vx, "vy": vy,
+               "spin": frame.spin, "fx": fx, "fy": fy, "torque": frame.torque}  # fmt: skip
+    return _given(columns, frame, {"vx": "velocity", "vy": "velocity", "fx": "force", "fy": "force"})
+
+
+def _given(columns: Columns, frame: Frame, of: dict[str, str]) -> Columns:
+    """The columns of what the frame has; ``of``: the quantities of those that are named otherwise."""
+    return {name: column for name, column in columns.items() if of.get(name, name) not in frame.lacks}
 
 
 def contact_columns(frame: Frame) -> Columns:
-    """Interactions as columns (M,): ids of the two grains, branch from i to j, ``normal`` = N, and those of `Contacts`."""
+    """Interactions as columns (M,): ids of the two grains, branch from i to j, ``normal`` = N, and those of `Contacts`,
+    of what the frame has."""
     pairs = frame.contacts
     ends = {
         "id_i": frame.ids[pairs.i],
@@ -55,13 +62,15 @@ def contact_columns(frame: Frame) -> Columns:
         "branch_x": pairs.branch[:, 0],
         "branch_y": pairs.branch[:, 1],
     }
-    return ends | {"normal": pairs.normal_force} | {name: getattr(pairs, name) for name in PLAIN}
+    values = {"normal": pairs.normal_force} | {name: getattr(pairs, name) for name in PLAIN}
+    return ends | _given(values, frame, dict.fromkeys(("elastic", "viscous", "attraction"), "normal"))
 
 
 def tables(frame: Frame) -> dict[str, Columns]:
     """Three tables of one frame, the rows of each marked with its step: ``frames`` (one row), ``grains``, ``contacts``."""
     row = {"time": frame.time, "stage": frame.stage, "origin_x": frame.origin[0], "origin_y": frame.origin[1],
            "cell_x": frame.cell[0], "cell_y": frame.cell[1]}  # fmt: skip
+    row = {name: value for name, value in row.items() if name not in frame.lacks}
     parts = {"frames": {name: np.array([value]) for name, value in row.items()}}
     parts |= {"grains": grain_columns(frame), "contacts": contact_columns(frame)}
     return {
@@ -84,7 +93,8 @@ def graph(frame: Frame) -> networkx.Graph:
 
 def _network(frame: Frame) -> tuple[Columns, Columns, Columns]:
     """Tables of `graph`: the network (one row), its nodes, its edges."""
-    whole = {"step": frame.step, "time": frame.time, "cell_x": frame.cell[0], "cell_y": frame.cell[1]}
+    clock = {} if "time" in frame.lacks else {"time": frame.time}
+    whole = {"step": frame.step, **clock, "cell_x": frame.cell[0], "cell_y": frame.cell[1]}
     grains = {name: column for name, column in grain_columns(frame).items() if name in ("id", "diameter", "mass", "x", "y")}
     return {name: np.array([value]) for name, value in whole.items()}, grains, contact_columns(frame)
 
@@ -127,9 +137,11 @@ def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
     """
     series: dict[str, list[tuple[float, Path]]] = {"grains": [], "contacts": [], "cell": []}
     for number, frame in enumerate(frames):
-        clock = {"TimeValue": np.array([frame.time]), "cell": np.concatenate((frame.origin, frame.cell))}
+        time = float(frame.step) if "time" in frame.lacks else frame.time  # ParaView needs one
+        clock = {"TimeValue": np.array([time]), "cell": np.concatenate((frame.origin, frame.cell))}
         grains = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "velocity": _spatial(frame.velocity),
                   "spin": frame.spin, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
+        grains = _given(grains, frame, {})
         start = frame.position[frame.contacts.i]
         ends = np.stack((start, start + frame.contacts.branch), axis=1).reshape(-1, 2)
         sides = frame.origin + frame.cell * SIDES
@@ -140,7 +152,7 @@ def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
         ):
             path = folder / f"{name}.{number:05d}.vtp"
             write_polydata(path, _spatial(points), kind, data, clock)
-            series[name].append((frame.time, path))
+            series[name].append((time, path))
     for name, members in series.items():
         write_collection(folder / f"{name}.pvd", members)
     return [folder / f"{name}.pvd" for name in series]
@@ -152,6 +164,7 @@ def write_gsd(frames: Iterable[Frame], folder: Path) -> list[Path]:
     path = folder / "run.gsd"
     with replacing(path) as draft, hoomd.open(draft, "w") as file:
         for frame in frames:
+            frame.need("a GSD file, which fills in what is missing", "diameter", "mass", "velocity")
             shot, pairs = hoomd.Frame(), contact_columns(frame)
             shot.configuration.step, shot.configuration.dimensions = frame.step, 2
             shot.configuration.box = [*frame.cell, 1.0, 0.0, 0.0, 0.0]
@@ -161,8 +174,9 @@ def write_gsd(frames: Iterable[Frame], folder: Path) -> list[Path]:
             shot.particles.velocity = _spatial(frame.velocity)
             shot.particles.diameter, shot.particles.mass = frame.diameter, frame.mass
             shot.bonds.group = np.column_stack((frame.contacts.i, frame.contacts.j))
-            shot.log = {"time": np.array([frame.time]), "particles/id": frame.ids, "particles/spin": frame.spin}
-            for name in ("normal", *PLAIN):
+            log = {"time": np.array([frame.time]), "particles/id": frame.ids, "particles/spin": frame.spin}
+            shot.log = {name: values for name, values in log.items() if name.split("/")[-1] not in frame.lacks}
+            for name in (name for name in ("normal", *PLAIN) if name in pairs):
                 column = pairs[name]
                 shot.log[f"bonds/{name}"] = column.astype(np.uint8) if column.dtype == bool else column
             file.append(shot)

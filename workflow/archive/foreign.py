@@ -1,146 +1,217 @@
-"""Frames of data that other programs made: LAMMPS dumps with a contact table, and MDAnalysis Universes.
+"""Frames of data that other programs made: LAMMPS and LIGGGHTS dumps with contact tables, and MDAnalysis Universes.
 
-Plain arrays need no reader: `workflow.analysis.build.make_frame`.
+What a file does not give is not made up: the frame lacks it (`Frame.lacks`), and what needs it is undefined.  Plain
+arrays need no reader: `workflow.analysis.build.make_frame`.
 """
 
 from __future__ import annotations
 
-import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workflow.analysis.build import make_frame
-from workflow.analysis.frame import Floats, Frame, sound
-from workflow.archive.dumps import CONTACT_COLUMNS, Block, PathLike, read_blocks, rows_of, whole
+from workflow.analysis.frame import Floats, Frame, Ints, sound, without
+from workflow.archive import plausible
+from workflow.archive.columns import FORMS, GRAINS, Reading, check_names, contact_names, resolve
+from workflow.archive.drafts import PathLike
+from workflow.archive.dump_tables import Dump
+from workflow.archive.pairs import NO_CONTACTS, REMEDY, contact_table, identities
+from workflow.archive.snapshots import Snapshot
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:
     import MDAnalysis
 
-# Names a column of a dump can have; others are ignored.  {field of make_frame: alternatives, each a tuple of columns}
-GRAINS: dict[str, tuple[tuple[str, ...], ...]] = {
-    "position": (("x", "y"), ("xu", "yu")), "mass": (("mass",),), "velocity": (("vx", "vy"),), "spin": (("omegaz",),),
-    "force": (("fx", "fy"),), "torque": (("tqz",),),
-}  # fmt: skip
-PAIRS: dict[str, tuple[str, ...]] = {
-    "branch": ("bx", "by"), "gap": ("gap",), "elastic": ("elastic",), "viscous": ("viscous",),
-    "attraction": ("attraction",), "normal": ("normal",), "tangential": ("tangential",), "moment": ("moment",),
-    "stretch": ("du",), "rotation": ("dtheta",), "sliding": ("sliding",), "rolling": ("rolling",),
-}  # fmt: skip
-# the columns of this package's own contact dumps, which LAMMPS calls c_...[1] to c_...[15]
-OWN = ("id_i", "id_j", "state", "bx", "by", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "du", "dtheta",
-       "sliding", "rolling")  # fmt: skip
-ODD = ("bx", "by", "moment", "dtheta")  # change sign when i and j are exchanged
-CONTACT_HELP = (
-    "name the columns with dump_modify colname or --columns NAME=COLUMN; needed: id_i id_j; used: bx by (branch), gap, "
-    "normal (or elastic viscous attraction), tangential, moment, or fx fy (force on id_i) and tx ty (its tangential part "
-    "where fx fy lacks it, as in compute pair/local)"
-)
+UNIFORM = ("lj", "si", "cgs", "micro", "nano", "")  # units of LAMMPS in which m v^2 is a force times a length
+FEW = 20
+VECTORS = {"velocity": ("vx", "vy"), "force": ("fx", "fy")}
+SCALARS = {"mass": "mass", "spin": "omegaz", "torque": "tqz"}
+
+
+class Sample:
+    """The frames of one packing: ``grains`` and, if there are any, ``contacts``, one or several files of each, text dumps
+    plain or compressed.  ``steps``: those of both.  Raises InputError and ArchiveError."""
+
+    def __init__(self, grains: Sequence[PathLike], contacts: Sequence[PathLike] = (), reading: Reading | None = None) -> None:
+        self.reading = reading or Reading()
+        self.grains = Dump(grains)
+        self.contacts = Dump(contacts) if contacts else None
+        self.notes = [*self.grains.notes, *(self.contacts.notes if self.contacts else [])]
+        steps = list(self.grains.snapshots)
+        if self.contacts:
+            others = self.contacts.snapshots
+            self.steps = [step for step in steps if step in others]
+            if not self.steps:
+                raise InputError(f"'{grains[0]}' has the steps {_range(steps)}, '{contacts[0]}' has "
+                                 f"{_range(list(others))}: none is "
+                                 "in both; give files of one run")  # fmt: skip
+            alone = len(steps) + len(others) - 2 * len(self.steps)
+            if alone:
+                self.notes.append(f"{alone} snapshots are in one of grains and contacts only and left out")
+        else:
+            self.steps = steps
+
+    def frame(self, number: int) -> Frame:
+        """Frame ``number`` of those in both files; negative from the end.  Raises InputError if there is none."""
+        if not -len(self.steps) <= number < len(self.steps):
+            raise InputError(f"frame {number} does not exist in '{self.grains.paths[0]}' (with its contacts), which has "
+                             f"{len(self.steps)}; choose another --frame")  # fmt: skip
+        step = self.steps[number]
+        block = self.grains.snapshots[step]
+        table = self.contacts.snapshots[step] if self.contacts else None
+        check_names(self.reading.names, block, table)
+        frame, rounding = _grains(self.grains, block, self.reading, with_contacts=table is not None)
+        if table is None or self.contacts is None:
+            frame = _overlapping(frame, block.where, rounding)
+        else:
+            plausible.same_moment(block, table)
+            frame = contact_table(frame, self.contacts, table, contact_names(table, self.reading.names, self.reading.liggghts),
+                                  self.reading, rounding)  # fmt: skip
+        return replace(frame, notes=(*self.notes, *frame.notes, *plausible.notes_of(frame, self.reading.friction)))
+
+    def frames(self) -> Iterator[Frame]:
+        """All frames, one at a time."""
+        dumps = [dump for dump in (self.grains, self.contacts) if dump is not None]
+        try:
+            for dump in dumps:
+                dump.streaming = True
+            for number in range(len(self.steps)):
+                yield self.frame(number)
+        finally:
+            for dump in dumps:
+                dump.streaming = False
+                dump.close()
 
 
 def foreign_frames(
-    grains: PathLike, contacts: PathLike | None = None, *, names: Mapping[str, str] | None = None
+    grains: PathLike, contacts: PathLike | None = None, *, names: Mapping[str, str] | None = None, friction: float | None = None
 ) -> Iterator[Frame]:
-    """Frames of a LAMMPS ``dump custom`` of discs, periodic in x and y, with a ``dump local`` of their contacts.
+    """Frames of a LAMMPS ``dump custom`` of discs with a ``dump local`` of their contacts; see `Sample` and `Reading`.
 
-    ``grains``: columns id, x y (or xu yu), diameter or radius, and, where there are any, mass vx vy omegaz fx fy tqz.
-    ``contacts``: one row per pair, columns as in CONTACT_HELP; the steps present in both files are given.  None: the
-    discs that overlap, without forces.  ``names``: {name used here: column in the file}.  Raises ArchiveError that
-    names what is missing.
+    ``grains``: columns of `workflow.archive.columns.GRAINS`, at least id, a coordinate x and y in any of its forms, and
+    diameter or radius.  ``contacts``: one row per pair, columns as in CONTACT_HELP; the steps in both files are given.
+    None: the discs that overlap, without forces.
     """
-    renamed = {column: name for name, column in (names or {}).items()}
-    partner = read_blocks(contacts, "ENTRIES", foreign=True) if contacts is not None else None
-    table = next(partner, None) if partner else None
-    for block in read_blocks(grains, "ATOMS", foreign=True):
-        while partner and table is not None and table.step < block.step:
-            table = next(partner, None)
-        if partner and table is None:
-            return
-        if table is None or table.step == block.step:
-            yield _frame(block, table, renamed, grains, contacts)
+    given = Reading(names=names or {}, friction=friction)
+    yield from Sample([grains], [] if contacts is None else [contacts], given).frames()
 
 
-def _columns(block: Block, renamed: Mapping[str, str]) -> dict[str, Floats]:
-    names = [renamed.get(column, column) for column in block.columns]
-    numbered = [re.fullmatch(r"c_\w+\[(\d+)\]", column) for column in block.columns]
-    if len(names) == CONTACT_COLUMNS and all(m and int(m[1]) == k for k, m in enumerate(numbered, 1)):
-        names = list(OWN)
-    return dict(zip(names, block.table.T, strict=True))
+def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: bool) -> tuple[Frame, float]:
+    """The grains of a snapshot; ``with_contacts``: a table of them comes, so that diameters may lack.  And
+    how far the positions are rounded."""
+    found = resolve(block, GRAINS, reading.names)
+    forms = {axis: _form(axis, found, reading.names) for axis in "xyz"}
+    sized = with_contacts or {"diameter", "radius"} & set(found)
+    if "id" not in found or forms["x"] is None or forms["y"] is None or not sized:
+        raise ArchiveError(f"{block.where}: columns are {' '.join(block.columns)}; needed are id, x y (or xs "
+                           f"ys, xu yu, xsu ysu), and "
+                           f"diameter or radius; {_hint(block)}")  # fmt: skip
+    used = {name: column for name, column in found.items() if name not in _coordinates() or name in forms.values()}
+    columns = dump.table(block, list(dict.fromkeys(used.values())))
+    known = {name: columns[column] for name, column in used.items()}
+    ids = identities(known["id"], block, "grain id")
+    order = np.argsort(ids, kind="stable")
+    ids, known = ids[order], {name: column[order] for name, column in known.items()}
+    twice = np.flatnonzero(np.diff(ids) == 0)
+    if len(twice):
+        raise ArchiveError(f"{block.where}: grain id {ids[twice[0]]} occurs twice at step {block.step}; write each grain once")
+    if len(ids) and ids[0] < 1:
+        raise ArchiveError(f"{block.where}: grain id {ids[0]} is not above 0; {REMEDY}")
+    place = {axis: _place(known, axis, form, block) for axis, form in forms.items() if form is not None}
+    diameter = _diameter(known, block, reading.names)
+    plausible.flat(block, place.get("z"), diameter)
+    sides = block.bounds[:2, 1] - block.bounds[:2, 0]
+    rounding = max(plausible.last_digit(known[form]) * (sides[k] if "s" in form[1:] else 1.0)
+                   for k, axis in enumerate("xy") if (form := forms[axis]) is not None)  # fmt: skip
+    if diameter is not None and len(np.unique(diameter)) > FEW:  # a few sizes may be round numbers
+        rounding = max(rounding, plausible.last_digit(diameter))
+    return _frame(block, ids, np.column_stack((place["x"], place["y"])), diameter, known), rounding
 
 
-def _frame(block: Block, table: Block | None, renamed: Mapping[str, str], grains: PathLike, contacts: PathLike | None) -> Frame:
-    known = _columns(block, renamed)
-    if (
-        "id" not in known
-        or not any(set(pair) <= set(known) for pair in GRAINS["position"])
-        or not {"diameter", "radius"} & set(known)
-    ):
-        raise ArchiveError(
-            f"{grains}, line {block.line}: columns are {' '.join(block.columns)}; needed are id, x y (or xu yu), and "
-            "diameter or radius; add them to the dump command, or name them with --columns NAME=COLUMN"
+def _coordinates() -> set[str]:
+    return {axis + form for axis in "xyz" for form in FORMS}
+
+
+def _form(axis: str, found: Mapping[str, str], names: Mapping[str, str]) -> str | None:
+    """The name of the coordinate to read: one that the user gave, else the first there is."""
+    there = [axis + form for form in FORMS if axis + form in found]
+    return next((name for name in there if name in names), there[0] if there else None)
+
+
+def _hint(block: Snapshot) -> str:
+    if block.label != "ATOMS":
+        return f"the rows are '{block.label}': a table of contacts goes behind --contacts, after the dump of the grains"
+    return "add them to the dump command, or name them with --columns NAME=COLUMN"
+
+
+def _place(known: Mapping[str, Floats], axis: str, name: str, block: Snapshot) -> Floats:
+    """Coordinates from any of their four forms; unwrapped ones are brought into a periodic box."""
+    k, values, form = "xyz".index(axis), known[name], name[1:]
+    low, high = block.bounds[k]
+    if "s" in form:
+        values = low + values * (high - low)
+    if "u" in form and k < 2 and block.periodic[k]:
+        values = low + (values - low) % (high - low)
+    return values
+
+
+def _diameter(known: Mapping[str, Floats], block: Snapshot, names: Mapping[str, str]) -> Floats | None:
+    radius, diameter = known.get("radius"), known.get("diameter")
+    if radius is not None and diameter is not None and ("radius" in names) == ("diameter" in names):
+        if not np.allclose(diameter, 2.0 * radius, rtol=1e-3):
+            raise ArchiveError(f"{block.where}: diameter is not twice the radius; say with --columns which column counts")
+    elif radius is not None and (diameter is None or "radius" in names):
+        diameter = 2.0 * radius
+    if diameter is not None and not (diameter > 0.0).all():
+        raise ArchiveError(f"{block.where}: a grain has the diameter {diameter.min():g}, it must be above 0; {REMEDY}")
+    return diameter
+
+
+def _frame(block: Snapshot, ids: Ints, position: Floats, diameter: Floats | None, known: Mapping[str, Floats]) -> Frame:
+    count, notes = len(ids), []
+    lacks: set[str] = set()
+    values: dict[str, Any] = {}
+    for name, axes in VECTORS.items():
+        there = [axis in known for axis in axes]
+        values[name] = np.column_stack([known[axis] for axis in axes]) if all(there) else np.zeros((count, 2))
+        lacks |= set() if all(there) else {name}
+    for name, column in SCALARS.items():
+        values[name] = known.get(column, np.ones(count) if name == "mass" else np.zeros(count))
+        lacks |= set() if column in known else {name}
+    if block.units not in UNIFORM and "mass" not in lacks:
+        notes.append(f"units {block.units}: mass times velocity squared is no force times a length there; masses are not used")
+        values["mass"], lacks = np.ones(count), lacks | {"mass"}
+    lacks |= {"time"} if np.isnan(block.time) else set()
+    lacks |= {"diameter"} if diameter is None else set()
+    if not block.flags:
+        notes.append(
+            f"{block.where}: the header does not say where the box is periodic (it is old); taken as periodic in x and y"
         )
-    order = np.argsort(known["id"], kind="stable")
-    known = {name: column[order] for name, column in known.items()}
-    ids = whole(known["id"], f"{grains}, line {block.line}: grain id")
-    if (np.diff(ids) <= 0).any():
-        raise ArchiveError(f"{grains}, line {block.line}: grain id {ids[1:][np.diff(ids) <= 0][0]} occurs twice at step "
-                           f"{block.step}; write each grain once")  # fmt: skip
-    values = {}
-    for field, choices in GRAINS.items():
-        found = next((names for names in choices if set(names) <= set(known)), None)
-        if found:
-            values[field] = np.column_stack([known[n] for n in found]) if len(found) > 1 else known[found[0]]
-    diameter = known["diameter"] if "diameter" in known else 2.0 * known["radius"]
-    cell, origin = block.bounds[:2, 1] - block.bounds[:2, 0], block.bounds[:2, 0].copy()
-    pairs = None if table is None else _pairs(table, renamed, ids, f"{contacts}, line {table.line}")
-    if pairs is not None and "force" in pairs:
-        _split(pairs, values["position"], cell)
-    frame = make_frame(
-        values.pop("position"), diameter, cell, pairs, origin=origin, step=block.step, ids=ids,
-        time=0.0 if np.isnan(block.time) else block.time, **values,
+    frame = Frame(
+        step=block.step, time=0.0 if np.isnan(block.time) else block.time, stage="", origin=block.bounds[:2, 0].copy(),
+        cell=block.bounds[:2, 1] - block.bounds[:2, 0], ids=ids, diameter=np.ones(count) if diameter is None else diameter,
+        position=position, contacts=NO_CONTACTS, periodic=block.periodic, notes=tuple(notes), **values,
     )  # fmt: skip
-    return sound(frame, f"{grains}, line {block.line}")
+    return without(sound(frame, block.where, REMEDY), lacks)
 
 
-def _pairs(table: Block, renamed: Mapping[str, str], ids: Any, where: str) -> dict[str, Any]:
-    """Columns for make_frame, i below j; "force" holds the force of i on j where it is given as a vector."""
-    known = _columns(table, renamed)
-    missing = [name for name in ("id_i", "id_j") if name not in known]
-    if missing:
-        raise ArchiveError(f"{where}: column {', '.join(missing)} missing in {' '.join(table.columns)}; {CONTACT_HELP}")
-    if "state" in known:
-        known = {name: column[known["state"] != 0] for name, column in known.items()}
-    swap = known["id_i"] > known["id_j"]
-    sign = np.where(swap, -1.0, 1.0)
-    known |= {name: sign * known[name] for name in (*ODD, "fx", "fy", "tx", "ty") if name in known}
-    known["id_i"], known["id_j"] = np.minimum(known["id_i"], known["id_j"]), np.maximum(known["id_i"], known["id_j"])
-    pairs: dict[str, Any] = {
-        name: rows_of(whole(known[column], f"{where}: grain id"), ids, where) for name, column in (("i", "id_i"), ("j", "id_j"))
-    }
-    for field, names in PAIRS.items():
-        if set(names) <= set(known):
-            pairs[field] = np.column_stack([known[n] for n in names]) if len(names) > 1 else known[names[0]]
-    if {"fx", "fy"} <= set(known):  # on i, as LAMMPS gives it; the force of i on j is the opposite
-        total = [known[f"f{axis}"] + known.get(f"t{axis}", 0.0) for axis in "xy"]
-        pairs["force"] = -np.column_stack(total)
-    return pairs
+def _overlapping(frame: Frame, where: str, rounding: float) -> Frame:
+    """The discs that overlap, of whose forces nothing is known."""
+    shape = make_frame(frame.position, frame.diameter, frame.cell, origin=frame.origin, periodic=frame.periodic)
+    plausible.near(shape.contacts.i, shape.contacts.j, shape.contacts.branch, frame, where)
+    lacks = {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"}
+    note = "no contact table is given: contacts are the discs that overlap, their forces are unknown"
+    notes = (*frame.notes, note, *plausible.near_touching(frame, rounding))
+    return without(replace(frame, contacts=shape.contacts, notes=notes), lacks)
 
 
-def _split(pairs: dict[str, Any], position: Floats, cell: Floats) -> None:
-    """The force vector of i on j becomes N and T."""
-    force = pairs.pop("force")
-    branch = pairs.get("branch")
-    if branch is None:
-        branch = position[pairs["j"]] - position[pairs["i"]]
-        branch = branch - cell * np.round(branch / cell)
-    with np.errstate(divide="ignore", invalid="ignore"):  # two grains at one place: `make_frame` refuses what comes out
-        n = branch / np.hypot(*branch.T)[:, None]
-    pairs["normal"] = (force * n).sum(axis=1)
-    pairs["tangential"] = force[:, 1] * n[:, 0] - force[:, 0] * n[:, 1]
+def _range(steps: Sequence[int]) -> str:
+    return f"{steps[0]}" if len(steps) == 1 else f"{steps[0]} ... {steps[-1]} ({len(steps)})"
 
 
 def universe_frame(
@@ -148,8 +219,9 @@ def universe_frame(
 ) -> Frame:
     """The current time step of a MDAnalysis Universe of discs in the xy plane, in a rectangular periodic cell.
 
-    ``radii`` default to the Universe's own; ``pairs`` as in `make_frame` (None: the discs that overlap).  MDAnalysis holds
-    positions as float32 (7 digits): a warning says what that leaves of the gaps.  Raises InputError.
+    ``radii`` default to the Universe's own; ``pairs`` as in `make_frame` (None: the discs that overlap); the frame lacks what
+    neither gives.  MDAnalysis holds positions as float32 (7 digits): a warning says what that leaves of the gaps.  Raises
+    InputError.
     """
     atoms, box = universe.atoms, universe.dimensions
     if box is None or not np.allclose(box[3:], 90.0) or not (box[:2] > 0).all():
@@ -166,5 +238,12 @@ def universe_frame(
         )
     diameter = 2.0 * np.asarray(atoms.radii if radii is None else radii, dtype=np.float64)
     cell = np.asarray(box[:2], dtype=np.float64)
-    mass = {"mass": np.asarray(atoms.masses, dtype=np.float64)} if hasattr(atoms, "masses") else {}
-    return make_frame(position, diameter, cell, pairs, step=int(universe.trajectory.frame), **mass)
+    mass: dict[str, Any] = {"mass": np.asarray(atoms.masses, dtype=np.float64)} if hasattr(atoms, "masses") else {}
+    lacks = {"time", "velocity", "spin", "force", "torque", *(() if mass else ("mass",)), *_absent(pairs or {})}
+    return without(make_frame(position, diameter, cell, pairs, step=int(universe.trajectory.frame), **mass), lacks)
+
+
+def _absent(pairs: Mapping[str, ArrayLike]) -> set[str]:
+    """The quantities of contacts that ``pairs`` does not give."""
+    parts = {"normal"} if {"normal", "elastic", "viscous", "attraction"} & set(pairs) else set()
+    return {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"} - set(pairs) - parts

@@ -8,7 +8,7 @@ from typing import Any
 
 from workflow.archive.export import FORMATS
 from workflow.cli.options import command
-from workflow.cli.sources import add_sources, frames_of
+from workflow.cli.sources import add_sources, folder_of, frames_of, one_source
 from workflow.errors import InputError
 
 EXAMPLES = """
@@ -35,13 +35,13 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Write the files and say where they are."""
-    (source,), names = arguments.source, arguments.to.split(",")
+    source, names = one_source(arguments), arguments.to.split(",")
     for name in names:
         if name not in FORMATS:
             raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
-    out = arguments.out or (source.parent if source.is_file() else source) / "export"
+    out = arguments.out or folder_of(source) / "export"
     out.mkdir(parents=True, exist_ok=True)
-    for name in names:
-        for path in FORMATS[name].write(frames_of(source, arguments), out):
+    for number, name in enumerate(names):
+        for path in FORMATS[name].write(frames_of(source, arguments, notes=number == 0), out):
             print(path)
     return 0

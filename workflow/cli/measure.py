@@ -4,15 +4,31 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from workflow.analysis.alike import differing, in_words, kinds
 from workflow.analysis.groups import GROUPS, chosen_groups
 from workflow.analysis.samples import pool
 from workflow.archive.read import Archive
+from workflow.cli.dumps import options_of
+from workflow.cli.inspect import columns_of
 from workflow.cli.options import command
 from workflow.cli.run import summary
-from workflow.cli.sources import add_sources, archived, frame_of, measures_from, options_of, packing
+from workflow.cli.sources import (
+    Source,
+    add_sources,
+    archived,
+    frame_of,
+    measures_from,
+    name_of,
+    one_source,
+    packing,
+    parameters_of,
+    sources_of,
+)
 from workflow.engine.collect import measures_of_frames
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
@@ -25,6 +41,8 @@ wf measure runs/method1-130aae48 --only forces,holes     chosen groups beside th
 wf measure runs/consolidation-130aae48 --stages          the end of every stage, one row each
 wf measure sample1 sample2 sample3 --only all            mean and scatter over samples
 wf measure grains.dump --contacts contacts.dump          LAMMPS dumps of another deck
+wf measure 'post/g*.dump' --contacts 'post/c*.dump' --liggghts pos,id,force   LIGGGHTS, one file per step
+wf measure --columns-of contacts.dump                    what a file holds, and as what it is read
 """
 SHOWN = 6  # entries of a list that people see
 
@@ -39,6 +57,9 @@ def declare(commands: Any) -> None:
     parser.add_argument("--only", metavar="GROUPS", help="groups beside the standard numbers: names with commas, all, or none")
     parser.add_argument("--stages", action="store_true", help="the last frame of every stage of one run, one row each")
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(
+        "--columns-of", type=Path, metavar="FILE", help="show what a dump holds and how it is read; measure nothing"
+    )
 
 
 def _table() -> str:
@@ -50,21 +71,52 @@ def _table() -> str:
 
 def action(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a group that was asked for could not be had."""
+    if arguments.columns_of is not None:
+        print(columns_of(arguments.columns_of, arguments))
+        return 0
     named = arguments.only.split(",") if arguments.only is not None else None
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed
-    if len(arguments.source) > 1 and len(set(arguments.source)) < len(arguments.source):
-        raise InputError("a source is named twice; samples must be different runs")
     if arguments.stages:
-        return _stages(arguments, named)
-    measures = [measures_from(source, arguments, named) for source in arguments.source]
-    pooled = len(measures) > 1
-    result = pool(measures, frame_of(arguments.source[0], arguments)[1]) if pooled else measures[0]
-    if arguments.json:
-        print(json.dumps(result, indent=1))
+        return _stages(one_source(arguments), arguments, named)
+    sources = sources_of(arguments)
+    measures = [measures_from(source, arguments, named) for source in sources]
+    if len(sources) == 1:
+        _show(measures[0], _text(measures[0], sources[0], named=named is not None), arguments)
     else:
-        print(_text(result, arguments, pooled=pooled, named=named is not None))
+        _several(sources, measures, arguments, named)
     asked = chosen_groups(named, 0) if named else []
-    return int(any("error" in sample[name] for sample in measures for name in asked))
+    faults = {name: sample[name]["error"] for sample in measures for name in asked if "error" in sample[name]}
+    for name, fault in faults.items():
+        print(f"wf: {name}: {fault}", file=sys.stderr)
+    return int(bool(faults))
+
+
+def _show(result: Any, text: str, arguments: argparse.Namespace) -> None:
+    print(json.dumps(result, indent=1) if arguments.json else text)
+
+
+def _several(
+    sources: Sequence[Source], measures: Sequence[dict[str, Any]], arguments: argparse.Namespace, named: list[str] | None
+) -> None:
+    """Mean and scatter of samples that differ in the seed alone; else what differs, and each kind by itself."""
+    parameters = [parameters_of(source, arguments) for source in sources]
+    parts = []
+    for members in kinds(parameters):
+        of = [measures[number] for number in members]
+        result = of[0]
+        if len(of) > 1:
+            notes = list(dict.fromkeys(note for sample in of for note in sample.get("notes", [])))
+            law = frame_of(sources[members[0]], arguments)[1] if "density" in of[0] else None
+            result = pool(of, law) | ({"notes": notes} if notes else {})
+        text = _text(result, sources[members[0]], named=named is not None) if len(of) == 1 else _rows(result)
+        parts.append(({"sources": [name_of(sources[number]) for number in members], "measures": result}, text))
+    if len(parts) == 1:
+        _show(parts[0][0]["measures"], parts[0][1], arguments)
+        return
+    different = differing(parameters)
+    head = f"not averaged, the samples differ in more than the seed: {in_words(different)}"
+    text = "\n".join([head, *(f"\n{' '.join(part['sources'])}\n{text}" for part, text in parts)])
+    _show({"differ": different, "kinds": [part for part, _ in parts]}, text, arguments)
 
 
 # columns of --stages: heading, path in the measures
@@ -76,11 +128,10 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def _stages(arguments: argparse.Namespace, named: list[str] | None) -> int:
+def _stages(source: Source, arguments: argparse.Namespace, named: list[str] | None) -> int:
     """One row, or with --json one entry, for the last frame of each stage."""
-    source, *others = arguments.source
-    if others or source.is_file():
-        raise InputError(f"--stages is not allowed with '{others[0] if others else source}': give one run directory")
+    if not isinstance(source, Path):
+        raise InputError(f"--stages is not allowed with '{name_of(source)}': give one run directory")
     directory = archived(RunDirectory.open(source))
     packing(directory)
     with Archive(directory / ARCHIVE) as archive:
@@ -98,14 +149,19 @@ def _stages(arguments: argparse.Namespace, named: list[str] | None) -> int:
     return 0
 
 
-def _text(result: dict[str, Any], arguments: argparse.Namespace, *, pooled: bool, named: bool) -> str:
+def _text(result: dict[str, Any], source: Source, *, named: bool) -> str:
     """For people: the summary of a run, and the groups that were asked for; everything for other sources."""
-    source = arguments.source[0]
-    if pooled or source.is_file():
-        return "\n".join(f"{name:44s}{text}" for name, text in lines(result))
+    if not isinstance(source, Path):
+        return _rows(result)
     text = summary(result, RunDirectory.open(source))
     extra = {name: result[name] for name in GROUPS if name in result} if named else {}
     return "\n".join([text, *(f"{name:44s}{value}" for name, value in lines(extra))])
+
+
+def _rows(result: Mapping[str, Any]) -> str:
+    """Every number in a row of its own, then the notes."""
+    rows = [f"{name:44s}{text}" for name, text in lines({name: value for name, value in result.items() if name != "notes"})]
+    return "\n".join([*rows, *(f"note: {note}" for note in result.get("notes", []))])
 
 
 def lines(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from workflow.analysis.alike import FREE, differing, in_words, kinds
 from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.options import command
-from workflow.cli.sources import add_sources, archived, frame_of, packing
+from workflow.cli.sources import Source, add_sources, archived, folder_of, frame_of, packing, parameters_of, sources_of, tell
 from workflow.engine.heap import ground
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
@@ -29,8 +31,8 @@ wf plot runs/consolidation-* --figure consolidation    Phi and z against P*
 wf plot grains.dump --contacts contacts.dump           LAMMPS dumps of another deck
 wf plot runs/heap-4f1c09d2                             a heap: grains, vectors, forces, maps, film of its largest avalanche
 """
-HISTORY, DEFAULT = "history", ("forces", "history")
-OF_RUNS = (HISTORY, "density", "pores", "agitation", "consolidation")  # need the time series or the stages of run directories
+HISTORY, AGITATION, DEFAULT = "history", "agitation", ("forces", "history")
+OF_RUNS = (HISTORY, "density", "pores", AGITATION, "consolidation")  # need the time series or the stages of run directories
 # here and not in the gallery, because the help must not wait for matplotlib
 FIGURES = ("forces", "stressed", "distribution", "cloud", "angles", "triangle", "double_triangle", "coordination",
            "self_stress", "floppy", "vibrations", "scattering", "correlation", "holes", "hole_sizes", "pair_correlation",
@@ -51,32 +53,62 @@ def action(arguments: argparse.Namespace) -> int:
     """Draw the chosen figures and say where they are."""
     from workflow.report.gallery import PLOTS  # matplotlib is slow to import
 
-    first, several = arguments.source[0], len(arguments.source) > 1
-    if not first.is_file() and isinstance(RunDirectory.open(first).scene, Heap):
+    sources = sources_of(arguments)
+    first, several = sources[0], len(sources) > 1
+    if isinstance(first, Path) and isinstance(RunDirectory.open(first).scene, Heap):
         return _heap(archived(RunDirectory.open(first)), arguments)
-    names = _chosen(arguments)
+    names = _chosen(first, arguments)
     alone = [name for name in names if name == HISTORY or (name not in OF_RUNS and not PLOTS[name].several)]
     if several and alone:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
-    out = arguments.out or (first.parent if first.is_file() else first)
-    samples = [frame_of(source, arguments) for source in arguments.source] if set(names) - set(OF_RUNS) else []
+    out = arguments.out or folder_of(first)
+    samples = [frame_of(source, arguments) for source in sources] if set(names) - set(OF_RUNS) else []
+    for frame, law in samples:
+        tell(frame.notes)
+        for name in set(names) - set(OF_RUNS):
+            PLOTS[name].check(frame, law)
     out.mkdir(parents=True, exist_ok=True)
     for name in names:
-        paths = [out / f"{name}.{kind}" for kind in arguments.format]
-        if name == HISTORY:
-            paths = _history(archived(RunDirectory.open(first)), paths)
-        elif name in TOGETHER:
-            TOGETHER[name]([RunDirectory.open(source).path for source in arguments.source], paths)
-        else:
-            PLOTS[name].draw(samples, paths)
-        for path in paths:
-            print(path)
+        for members, label in _parts(name, sources, arguments):
+            paths = [out / f"{name}{label}.{kind}" for kind in arguments.format]
+            for path in _draw(name, [sources[k] for k in members], [samples[k] for k in members if samples], paths):
+                print(path)
     return 0
 
 
-def _chosen(arguments: argparse.Namespace) -> list[str]:
+def _draw(name: str, sources: Sequence[Source], samples: Sequence[Any], paths: list[Path]) -> list[Path]:
+    """One figure of sources of one kind."""
+    from workflow.report.gallery import PLOTS
+
+    runs = [RunDirectory.open(source) for source in sources if isinstance(source, Path)]
+    if name == HISTORY:
+        return _history(archived(runs[0]), paths)
+    if name in TOGETHER:
+        if len(runs) < len(sources):
+            raise InputError(f"--figure {name} needs run directories; leave the dumps out")
+        TOGETHER[name]([run.path for run in runs], paths)
+    else:
+        PLOTS[name].draw(samples, paths)
+    return paths
+
+
+def _parts(name: str, sources: Sequence[Source], arguments: argparse.Namespace) -> list[tuple[list[int], str]]:
+    """The sources of each figure with the mark in its name: a mean is of samples that differ in the seed alone."""
+    every = list(range(len(sources)))
+    if len(sources) == 1 or (name in OF_RUNS and name != AGITATION):
+        return [(every, "")]
+    free = (*FREE, "v0") if name == AGITATION else FREE
+    parameters = [parameters_of(source, arguments) for source in sources]
+    found = kinds(parameters, free)
+    if len(found) == 1:
+        return [(every, "")]
+    tell([f"{name}: not averaged, the samples differ in more than the seed: {in_words(differing(parameters, free))}"])
+    return [(members, f".{number}") for number, members in enumerate(found, 1)]
+
+
+def _chosen(first: Source, arguments: argparse.Namespace) -> list[str]:
     """Names of the figures; without --figure those that the sources have."""
-    known = [name for name in FIGURES if name not in OF_RUNS or not arguments.source[0].is_file()]
+    known = [name for name in FIGURES if name not in OF_RUNS or isinstance(first, Path)]
     if arguments.figure is None:
         return [name for name in DEFAULT if name in known]
     names = known if arguments.figure == "all" else arguments.figure.split(",")

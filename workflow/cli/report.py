@@ -10,10 +10,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workflow import __version__
+from workflow.analysis.groups import chosen_groups
 from workflow.archive.read import Archive
+from workflow.archive.samples import Files
+from workflow.cli.dumps import measures_of_dump
 from workflow.cli.measure import lines
 from workflow.cli.options import command, command_line
-from workflow.cli.sources import add_sources, archived, frame_of, measures_from
+from workflow.cli.sources import (
+    Source,
+    add_sources,
+    archived,
+    folder_of,
+    frame_of,
+    measures_from,
+    name_of,
+    sources_of,
+    tell,
+)
 from workflow.cli.status import standing
 from workflow.engine.collect import stored_measures
 from workflow.engine.heap import ground
@@ -44,16 +57,17 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Read everything, write the page, say where it is."""
-    out = arguments.out or _place(arguments.source)
+    given = sources_of(arguments)
+    out = arguments.out or _place(given)
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
-    sources = list(dict.fromkeys(found for source in arguments.source for found in _runs(source)))
+    sources = list(dict.fromkeys(found for source in given for found in _runs(source)))
     from workflow.report.page import write_report  # matplotlib is slow to import
 
     sheets, absent = [], []
     for name, source in zip(_names(sources), sources, strict=True):
         try:
-            sheets.append(_dump(name, source, arguments) if source.is_file() else _run(name, source, arguments))
+            sheets.append(_run(name, source, arguments) if isinstance(source, Path) else _dump(name, source, arguments))
         except WorkflowError as fault:
             if len(sources) == 1 or fault.status == 2:
                 raise
@@ -68,25 +82,23 @@ def action(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _place(sources: Sequence[Path]) -> Path:
-    if len(sources) > 1:
-        return Path(PAGE)
-    return (sources[0].parent if sources[0].is_file() else sources[0]) / PAGE
+def _place(sources: Sequence[Source]) -> Path:
+    return Path(PAGE) if len(sources) > 1 else folder_of(sources[0]) / PAGE
 
 
-def _runs(source: Path) -> list[Path]:
+def _runs(source: Source) -> list[Source]:
     """The source itself, or the run directories below a folder that is none."""
-    if source.is_file() or (source / "run.json").is_file():
+    if not isinstance(source, Path) or (source / "run.json").is_file():
         return [source]
-    below = sorted(path.parent for path in source.rglob("run.json"))
+    below: list[Source] = [*sorted(path.parent for path in source.rglob("run.json"))]
     if not below:
         RunDirectory.open(source)  # says what is wrong
     return below
 
 
-def _names(sources: Sequence[Path]) -> list[str]:
+def _names(sources: Sequence[Source]) -> list[str]:
     """Names of the sources, with as many of their folders as it takes to tell them apart."""
-    paths = [source.resolve() for source in sources]
+    paths = [Path(name_of(source)).resolve() for source in sources]
     for parts in range(1, max(len(path.parts) for path in paths) + 1):
         names = ["/".join(path.parts[-parts:]) for path in paths]
         if len(set(names)) == len(names):
@@ -94,7 +106,9 @@ def _names(sources: Sequence[Path]) -> list[str]:
     return names
 
 
-def _state(source: Path) -> str:
+def _state(source: Source) -> str:
+    if not isinstance(source, Path):
+        return "dump"
     try:
         return str(standing(RunDirectory.open(source))["status"])
     except WorkflowError:
@@ -141,20 +155,24 @@ def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tupl
     return [(name, str(value)) for name, value in rows.items() if value is not None]
 
 
-def _dump(name: str, source: Path, arguments: argparse.Namespace) -> Sheet:
+def _dump(name: str, source: Files, arguments: argparse.Namespace) -> Sheet:
     from workflow.report.page_data import Sheet
 
     frame, law = frame_of(source, arguments)
-    measures = measures_from(source, arguments, None)
-    files = {"grains": source, "contacts": arguments.contacts}
-    rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files.items() if path]
+    tell(frame.notes)
+    frame.need("the page of a dump", "normal", "tangential", "diameter", "gap")
+    measures = measures_of_dump(frame, law, chosen_groups(None, frame.grains))
+    files = [("grains", path) for path in source.grains] + [("contacts", path) for path in source.contacts]
+    rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files]
+    said = [("note", note) for note in frame.notes]
     given = command_line()
+    clock = "" if "time" in frame.lacks else f"t = {frame.time:.6g}, "
     return Sheet(
         name=name, title="dump of another program", state="dump", reason=None,
-        note=f"Frame {arguments.frame}, t = {frame.time:.6g}, step {frame.step}.", frame=frame, force_unit=law.force_unit,
+        note=f"Frame {arguments.frame}, {clock}step {frame.step}.", frame=frame, force_unit=law.force_unit,
         tolerance=law.tolerance, cohesive=law.cohesive, length=law.length, scene=None, ground=None, series={},
-        measures=measures, numbers=list(lines(measures)),
-        provenance=[*rows, ("command of this page", given), ("page by", f"workflow {__version__}")], text="",
+        measures=measures, numbers=list(lines({key: value for key, value in measures.items() if key != "notes"})),
+        provenance=[*said, *rows, ("command of this page", given), ("page by", f"workflow {__version__}")], text="",
     )  # fmt: skip
 
 

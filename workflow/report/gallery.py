@@ -28,11 +28,20 @@ MOST_DRAWN = 600  # floppy modes of which a dense basis is made
 
 @dataclass(frozen=True)
 class Plot:
-    """``draw`` takes samples and the paths to write; ``several``: it can show the mean of more than one sample."""
+    """``draw`` takes samples and the paths to write; ``several``: it can show the mean of more than one sample; ``needs``:
+    quantities without which there is nothing to draw; ``periodic``: it needs a cell without walls."""
 
     meaning: str
     several: bool
     draw: Callable[[Sequence[Sample], Paths], None]
+    needs: tuple[str, ...] = ()
+    periodic: bool = False
+
+    def check(self, frame: Frame, law: Constants) -> None:
+        """Raises InputError if ``frame`` cannot be drawn."""
+        frame.need(self.meaning.split(" (")[0], *self.needs)
+        if self.periodic and not all(frame.periodic):
+            raise InputError(f"{self.meaning}: undefined, it needs a cell that is periodic in x and y; this box has walls")
 
 
 def _unit(law: Constants) -> str:
@@ -62,6 +71,8 @@ def _distribution(samples: Sequence[Sample], paths: Paths) -> None:
 
 def _cloud(samples: Sequence[Sample], paths: Paths) -> None:
     law = samples[0][1]
+    if law.friction is None or np.isnan(law.friction):
+        raise InputError("cloud: the Coulomb cone needs the coefficient of friction; give --mu")
     normal = np.concatenate([f.contacts.normal_force for f, _ in samples]) / law.force_unit
     tangential = np.concatenate([f.contacts.tangential for f, _ in samples]) / law.force_unit
     reach = max(float(np.abs(normal).max(initial=0.0)), 1.0)
@@ -141,7 +152,7 @@ def _floppy(samples: Sequence[Sample], paths: Paths) -> None:
 
 
 def _vibrations(samples: Sequence[Sample], paths: Paths) -> None:
-    whole = all(frame.grains * (3 if law.friction > 0 else 2) <= DENSE for frame, law in samples)
+    whole = all(frame.grains * (3 if law.resists["friction"] else 2) <= DENSE for frame, law in samples)
     found = [vibrations(f, springs=c.springs, count=None if whole else LOWEST, **c.resists) for f, c in samples]
     charts.vibration_chart(found, paths, whole=whole)
 
@@ -152,21 +163,23 @@ def _pair(samples: Sequence[Sample], paths: Paths) -> None:
     charts.pair_chart(edges, [pair_correlation(frame, edges).g for frame, _ in samples], paths)
 
 
+FORCES = ("normal", "tangential")
+DISCS = (*FORCES, "diameter", "gap")
 PLOTS: dict[str, Plot] = {
-    "forces": Plot("force network: compressive, tensile, distant, rattlers (fig. 2)", False, _forces),
-    "stressed": Plot("force network with the unstressed parts apart (figs. 11, 12, 19-22)", False, _stressed),
-    "distribution": Plot("distribution of N (figs. 9, 10)", True, _distribution),
-    "cloud": Plot("N-T plane, Coulomb cone, +-sqrt(3) cross (figs. 14, 17)", True, _cloud),
-    "angles": Plot("angle of force and normal (fig. 15)", True, _angles),
-    "triangle": Plot("a disc held by two touching discs, with its forces (fig. 16)", False, _triangle),
-    "double_triangle": Plot("two discs held by the same two, with their forces (fig. 18)", False, _double_triangle),
-    "coordination": Plot("share of grains with k neighbours (figs. 3, 6)", True, _coordination),
-    "self_stress": Plot("hyperstatic clusters", False, _self_stress),
-    "floppy": Plot("floppy modes", False, _floppy),
-    "vibrations": Plot("vibration spectrum and participation ratios", True, _vibrations),
-    "scattering": Plot("I(k) with the fit of eq. 28 (fig. 23)", True, _scattering),
-    "correlation": Plot("C(r) (eq. 24)", True, _correlation),
-    "holes": Plot("map of the holes (eq. 29)", False, _holes),
-    "hole_sizes": Plot("distribution of hole radii, <R>_w (eq. 30)", True, _hole_sizes),
-    "pair_correlation": Plot("g(r)", True, _pair),
+    "forces": Plot("force network: compressive, tensile, distant, rattlers (fig. 2)", False, _forces, DISCS),
+    "stressed": Plot("force network with the unstressed parts apart (figs. 11, 12, 19-22)", False, _stressed, DISCS),
+    "distribution": Plot("distribution of N (figs. 9, 10)", True, _distribution, FORCES),
+    "cloud": Plot("N-T plane, Coulomb cone, +-sqrt(3) cross (figs. 14, 17)", True, _cloud, FORCES),
+    "angles": Plot("angle of force and normal (fig. 15)", True, _angles, FORCES),
+    "triangle": Plot("a disc held by two touching discs, with its forces (fig. 16)", False, _triangle, DISCS),
+    "double_triangle": Plot("two discs held by the same two, with their forces (fig. 18)", False, _double_triangle, DISCS),
+    "coordination": Plot("share of grains with k neighbours (figs. 3, 6)", True, _coordination, FORCES),
+    "self_stress": Plot("hyperstatic clusters", False, _self_stress, ("diameter", "gap"), True),
+    "floppy": Plot("floppy modes", False, _floppy, ("diameter", "gap"), True),
+    "vibrations": Plot("vibration spectrum and participation ratios", True, _vibrations, ("diameter", "gap", "mass"), True),
+    "scattering": Plot("I(k) with the fit of eq. 28 (fig. 23)", True, _scattering, ("diameter",), True),
+    "correlation": Plot("C(r) (eq. 24)", True, _correlation, ("diameter",), True),
+    "holes": Plot("map of the holes (eq. 29)", False, _holes, ("diameter", "gap"), True),
+    "hole_sizes": Plot("distribution of hole radii, <R>_w (eq. 30)", True, _hole_sizes, ("diameter", "gap"), True),
+    "pair_correlation": Plot("g(r)", True, _pair, (), True),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,14 +47,14 @@ def _of_packing(sheet: Sheet) -> list[Number]:
     imposed = [f"{target:g}" for target in stress["targets"] if target is not None]
     found = [
         _number("solid fraction Φ", m["solid_fraction"], ".4f"),
-        _number("coordination z", m["coordination"], ".3f", note=f"z* {m['coordination_backbone']:.3f}"),
+        _number("coordination z", m["coordination"], ".3f", note=_backbone(m)),
         _number(
             "interactions",
             sum(pairs.values()),
             ".0f",
             note=f"of {m['grains']} grains" + f", {pairs['distant']} distant" * (pairs["distant"] > 0),
         ),
-        _number("rattlers", 100 * m["rattler_fraction"], ".1f", " %"),
+        _number("rattlers", None if m["rattler_fraction"] is None else 100 * m["rattler_fraction"], ".1f", " %"),
         _number("pressure", stress["pressure"], ".4g", f" {force}/{length}", note=f"imposed {imposed[0]}" if imposed else ""),
         _number("Rumpf ratio", m["rumpf_ratio"], ".3f", note="G07 eq. 18"),
     ]
@@ -64,6 +65,10 @@ def _of_packing(sheet: Sheet) -> list[Number]:
     if threshold is not None:
         found.append(_number("force that percolates", threshold / sheet.force_unit, ".3g", f" {force}"))
     return found
+
+
+def _backbone(m: Mapping[str, Any]) -> str:
+    return "" if m["coordination_backbone"] is None else f"z* {m['coordination_backbone']:.3f}"
 
 
 def _of_heap(sheet: Sheet) -> list[Number]:
@@ -120,13 +125,13 @@ def _balance(sheet: Sheet) -> list[Error]:
     unbalanced, unit = m["unbalanced_force"], "F₁"
     tolerance, energy = (None, None) if scene is None else (scene.force_tolerance, scene.energy_tolerance)
     scale = sheet.force_unit
-    deviation = m["stress"]["deviation"]
+    deviation, kinetic = m["stress"]["deviation"], m["kinetic_energy"]["per_grain"]
     return [
         judged("largest net force on a grain", unbalanced["force"], tolerance, unit),
         judged("largest net moment on a grain", unbalanced["moment"], tolerance, f"{unit} {length}"),
         judged("stress from the imposed one", None if deviation is None else deviation / scale, tolerance, f"{unit}/{length}"),
-        judged("kinetic energy per grain", m["kinetic_energy"]["per_grain"] / scale, energy, f"{unit} {length}"),
-        Error("contact forces from the engine's sums", f"{unbalanced['engine_force_difference']:.2g} {unit}"),
+        judged("kinetic energy per grain", None if kinetic is None else kinetic / scale, energy, f"{unit} {length}"),
+        judged("contact forces from the engine's sums", unbalanced["engine_force_difference"], None, unit),
     ]
 
 

@@ -230,7 +230,7 @@ def _mean(sheets: Sequence[Sheet], columns: Sequence[str]) -> str:
     cells = []
     for column in zip(*(_cells(sheet, columns) for sheet in sheets), strict=True):
         values = [cell.value for cell in column if cell.value is not None]
-        if column[0].name == "seed" or len(values) < 2:
+        if column[0].name in ("seed", "time") or len(values) < 2:
             cells.append("<td></td>")
             continue
         error = statistics.stdev(values) / len(values) ** 0.5

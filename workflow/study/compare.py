@@ -6,12 +6,13 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.dumps import Block, read_blocks
+from workflow.archive.dumps import read_blocks
 from workflow.deck.render import data_file, templates
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError, InputError
@@ -88,7 +89,7 @@ def run(
         numbers = found[-1].split()
         result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
         (block,) = read_blocks(folder / "grains.dump", "ATOMS")
-        return outcome_of(block, result, _processor_time(log))
+        return outcome_of(block.named, result, _processor_time(log))
 
 
 def _processor_time(log: str) -> float:
@@ -105,9 +106,8 @@ def velocities(velocity: Floats, spin: Floats | None) -> str:
     return "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 {w!r}\n" for k, ((u, v), w) in enumerate(rows, 1))
 
 
-def outcome_of(block: Block, result: dict[str, float], seconds: float) -> Outcome:
-    """The grains of a dump with image flags; ``result`` has the cell lengths lx and ly with all their digits."""
-    grains = dict(zip(block.columns, block.table.T, strict=True))
+def outcome_of(grains: Mapping[str, Floats], result: dict[str, float], seconds: float) -> Outcome:
+    """The grains of a dump with image flags, {column: values}; ``result`` has the cell lengths lx and ly with all digits."""
     cell = np.array([result["lx"], result["ly"]])
     image = np.column_stack((grains["ix"], grains["iy"]))
     position = np.column_stack((grains["x"], grains["y"])) + image * cell

@@ -155,7 +155,7 @@ def own_run(folder: Path, scene: Method1, discs: Discs) -> Outcome:
     run_command([*python_child(), DECK], folder, engine().variables())
     *_, block = read_blocks(folder / "grains.dump", "ATOMS")
     series = read_series(folder / "series.txt")
-    return outcome_of(block, {name: float(series[f"length_{name[1]}"][-1]) for name in ("lx", "ly")}, 0.0)
+    return outcome_of(block.named, {name: float(series[f"length_{name[1]}"][-1]) for name in ("lx", "ly")}, 0.0)
 
 
 def course(folder: Path, discs: Discs) -> Floats:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.dumps import read_blocks
+from workflow.archive.dump_tables import Dump
 from workflow.deck.render import data_file, templates
 from workflow.errors import EngineError
 from workflow.scene.grains import Discs, Floats
@@ -94,7 +94,12 @@ def run(
     if not found or not dump.is_file():
         raise EngineError(f"{program} did not come to the end in '{folder}'; it said: {' '.join(words.split())[-200:]}")
     width, height = map(float, found[-1])
-    (block,) = read_blocks(dump, "ATOMS", foreign=True)
-    end = outcome_of(block, {"lx": width, "ly": height}, time.perf_counter() - begun)
+    snapshots = Dump([dump])
+    block = list(snapshots.snapshots.values())[-1]
+    end = outcome_of(
+        snapshots.table(block, ("x", "y", "ix", "iy", "vx", "vy", "omegaz")),
+        {"lx": width, "ly": height},
+        time.perf_counter() - begun,
+    )
     corner = end.cell / 2.0 if program == "liggghts" else np.zeros(2)
     return replace(end, position=end.position + corner)

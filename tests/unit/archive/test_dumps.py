@@ -5,7 +5,7 @@ import pytest
 from lammps_text import GRAINS, contacts_text, grains_text, random_frame
 
 from workflow.analysis.frame import Contacts, Frame
-from workflow.archive import dumps
+from workflow.archive import text
 from workflow.archive.dumps import read_blocks, read_frames, read_series
 from workflow.errors import ArchiveError
 
@@ -44,7 +44,7 @@ def test_size_of_the_parts_of_a_table_does_not_matter(write, monkeypatch, rows):
     """A table is turned into numbers part by part; damage is named by its line wherever it is."""
     frame = random_frame()
     grains, contacts = grains_text(frame), contacts_text(frame)
-    monkeypatch.setattr(dumps, "ROWS", rows)
+    monkeypatch.setattr(text, "ROWS", rows)
     same(next(read_frames(*write(grains, contacts))), frame)
     lines = grains.splitlines(keepends=True)
     head = len(lines) - 12

@@ -1,19 +1,33 @@
 """Dumps of other programs and MDAnalysis Universes."""
 
+import foreign_files as files
 import MDAnalysis
 import numpy as np
 import pytest
-from lammps_text import contacts_text, grains_text, random_frame
+from foreign_files import MU, Way, packing
+from lammps_text import contacts_text, grains_text
 from MDAnalysis.analysis.rdf import InterRDF
 
 from workflow.analysis.clusters import pair_correlation
-from workflow.archive.dumps import read_frames
-from workflow.archive.foreign import foreign_frames, universe_frame
+from workflow.analysis.contacts import measure, stress_parts
+from workflow.analysis.frame import Contacts, Frame
+from workflow.analysis.groups import Constants, measure_groups, slipping
+from workflow.analysis.network import Springs, degrees, rigidity_matrix, row_owners
+from workflow.archive.columns import Reading
+from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
+from workflow.archive.foreign import Sample, foreign_frames, universe_frame
 from workflow.errors import ArchiveError, InputError
 
 CELL = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 8\n-0.5 0.5\n"
 HEAD = "ITEM: TIMESTEP\n7\nITEM: NUMBER OF {0}\n{1}\n" + CELL + "ITEM: {0} {2}\n"
 GRAINS = HEAD.format("ATOMS", 3, "id radius x y") + "3 0.5 9.6 1\n1 0.5 0.4 1\n2 0.5 1.2 1.5\n"
+
+
+def tilted(text: str, xy: str) -> str:
+    """With the box of a triclinic cell."""
+    for face in ("0 10", "0 8", "-0.5 0.5"):
+        text = text.replace(f"\n{face}\n", f"\n{face} {xy if face == '0 10' else 0}\n")
+    return text.replace("BOUNDS pp", "BOUNDS xy xz yz pp")
 
 
 @pytest.fixture
@@ -32,13 +46,36 @@ def pairs(columns: str, *rows: str) -> str:
     return HEAD.format("ENTRIES", len(rows), columns) + "".join(f"{row}\n" for row in rows)
 
 
-def test_dumps_of_this_package_are_read_alike(write):
-    frame = random_frame()
-    paths = write(grains_text(frame), contacts_text(frame, swap=range(0, 20, 3), idle=2))
+def plausible_frame():
+    """Discs on a lattice with random numbers in every column that geometry leaves free."""
+    p, rng = packing(1), np.random.default_rng(1)
+    count, grains = len(p.i), len(p.ids)
+    gap = np.hypot(*p.branch.T) - p.radius[p.i] - p.radius[p.j]
+    table = Contacts(p.i, p.j, p.branch, gap, *rng.normal(size=(7, count)), *(rng.random((2, count)) > 0.5))
+    return Frame(1000, 0.1, "", p.position.min(axis=0) - 0.1, p.cell, p.ids, 2 * p.radius, p.mass, p.position, p.velocity, p.spin,
+                 rng.normal(size=(grains, 2)), rng.normal(size=grains), table)  # fmt: skip
+
+
+@pytest.mark.parametrize("of_version", ["0.2", "now"])
+def test_dumps_of_this_package_are_read_alike(of_version, tmp_path):
+    """By their names; the numbered columns of version 0.2 in a run directory only."""
+    frame = plausible_frame()
+    count = len(frame.contacts)
+    text = contacts_text(frame, swap=range(0, count, 3), idle=2)
+    if of_version == "now":
+        text = text.replace(" ".join(f"c_pairs[{k}]" for k in range(1, 16)), " ".join(CONTACT_COLUMNS))
+    paths = tmp_path / "grains.dump", tmp_path / "contacts.dump"
+    for path, content in zip(paths, (grains_text(frame), text), strict=True):
+        path.write_text(content)
+    if of_version == "0.2":
+        with pytest.raises(ArchiveError, match="column id_i, id_j missing in c_pairs"):
+            next(foreign_frames(*paths))
+        (tmp_path / "run.json").write_text('{"digest": "a run"}')
     own, foreign = next(read_frames(*paths)), next(foreign_frames(*paths))
-    order = np.lexsort((foreign.contacts.j, foreign.contacts.i))
-    for name in ("i", "j", "branch", "gap", "elastic", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"):
-        np.testing.assert_array_equal(getattr(foreign.contacts, name)[order], getattr(own.contacts, name), name)
+    for name in ("i", "j", "branch", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "stretch", "rotation",
+                 "sliding", "rolling"):  # fmt: skip
+        np.testing.assert_array_equal(getattr(foreign.contacts, name), getattr(own.contacts, name), name)
+    assert not foreign.lacks
     for name in ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque", "cell", "origin"):
         np.testing.assert_array_equal(getattr(foreign, name), getattr(own, name), name)
 
@@ -79,8 +116,13 @@ def test_columns_can_be_renamed(write):
         (GRAINS, pairs("a b fx fy", "1 3 1 1"), "column id_i, id_j missing in a b fx fy"),
         (GRAINS, pairs("id_i id_j fx fy", "1 9 1 1"), "grain id 9"),
         (GRAINS.replace("\n2 0.5", "\n1 0.5"), None, "id 1 occurs twice"),
-        (GRAINS.replace("pp pp pp", "ff pp pp"), None, "periodic in x and y"),
-        (GRAINS.replace("pp pp pp", "xy xz yz pp pp pp"), None, "rectangle"),
+        (tilted(GRAINS, "0.5"), None, "line 8: the box is tilted"),
+        (GRAINS.replace("pp pp pp", "abc origin"), None, "three vectors"),
+        (GRAINS.replace("0 8", "8 0"), None, "a side must be longer than 0"),
+        (GRAINS.replace("\n2 0.5", "\n2 x.5"), None, "line 12, column 2 \\(radius\\): found 'x.5'"),
+        (GRAINS.replace("\n2 0.5", "\n2 0.5 7"), None, "line 12: 5 words, expected 4"),
+        (GRAINS, pairs("id_i id_j fx fx", "1 3 1 1"), "column 'fx' .* is there 2 times"),
+        (GRAINS, pairs("id_i id_j fx fy", "1 1 1 1"), "grain 1 touches itself"),
     ],
 )
 def test_what_is_missing_is_named(write, grains, contacts, message):
@@ -92,6 +134,112 @@ def test_steps_without_contacts_are_left_out(write):
     later = GRAINS.replace("\n7\n", "\n8\n")
     frames = list(foreign_frames(*write(GRAINS + later, pairs("id_i id_j normal", "1 2 1").replace("\n7\n", "\n8\n"))))
     assert [frame.step for frame in frames] == [8]
+
+
+def test_a_box_that_could_tilt_and_does_not_is_a_rectangle(write):
+    flat = next(foreign_frames(*write(tilted(GRAINS, "0"))))
+    assert flat.cell.tolist() == [10.0, 8.0] and len(flat.contacts) == 2
+
+
+@pytest.mark.parametrize(("faces", "touching"), [("pp ff pp", 2), ("ff pp pp", 1), ("ss sm pp", 1)])
+def test_nothing_is_wrapped_where_there_are_walls(write, faces, touching):
+    """Grains 1 and 3 touch through the faces of x; groups that need a periodic cell are undefined."""
+    frame = next(foreign_frames(*write(GRAINS.replace("pp pp pp", faces)), friction=0.0))
+    assert len(frame.contacts) == touching
+    assert any("the box has walls" in note for note in frame.notes)
+    law = Constants(Springs(1.0, 1.0), friction=0.0)
+    found = measure_groups(frame, law, ["rigidity", "holes", "pair_correlation", "density", "clusters"])
+    assert all("walls" in found[name]["error"] for name in ("rigidity", "holes", "pair_correlation", "density"))
+    assert found["clusters"]["aggregates"]["number"] == 3 - touching
+
+
+def test_contacts_slide_where_the_coulomb_limit_is_reached(write):
+    """Without flags in the file: |T| >= mu N (1 - 1e-3); without mu nobody knows."""
+    rows = ["1 2 1.0 0.3", "1 3 2.0 -0.599"]
+    paths = write(GRAINS, pairs("id_i id_j normal tangential", *rows))
+    assert next(foreign_frames(*paths, friction=0.3)).contacts.sliding.tolist() == [True, False]
+    assert "sliding" in next(foreign_frames(*paths)).lacks
+    flagged = write(GRAINS, pairs("id_i id_j normal tangential sliding", *(f"{row} {k}" for k, row in enumerate(rows))))
+    assert next(foreign_frames(*flagged, friction=0.3)).contacts.sliding.tolist() == [False, True]
+    small = next(foreign_frames(*paths, friction=0.2))
+    assert any("|T| exceeds mu N in 2 of 2 contacts" in note for note in small.notes)
+
+
+def test_sliding_contacts_count_once_in_the_pebble_game(write):
+    rows = ["1 2 1.0 0.3", "1 3 2.0 0.1"]
+    frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", *rows)), friction=0.3))
+    law = Constants(Springs(1.0, 1.0), friction=0.3)
+    assert measure_groups(frame, law, ["rigid_clusters"])["rigid_clusters"]["independent"] == 3  # 1 and 2 bars
+
+
+def test_sliding_contacts_lose_their_tangential_row_in_the_rigidity_matrix(tmp_path):
+    """H and k by the singular values of the matrix without these rows."""
+    p = packing(3)
+    paths = [
+        files.write(tmp_path, name, [text(p, Way())]) for name, text in (("g", files.grains_text), ("c", files.contacts_text))
+    ]
+    frame = next(foreign_frames(*paths, friction=MU))
+    book = degrees(frame, friction=True, free_cell=True)
+    matrix, owner = rigidity_matrix(frame, book).toarray(), row_owners(frame, book)
+    tangential = np.arange(len(owner)) >= len(frame.contacts)
+    kept = matrix[~(tangential & p.slides[owner])]
+    rank = np.linalg.matrix_rank(kept, tol=1e-9)
+    found = slipping(frame, Constants(Springs(1.0, 1.0), friction=MU))
+    assert found == {"contacts": p.slides.sum(), "hyperstaticity": kept.shape[0] - rank, "floppy_modes": kept.shape[1] - rank}
+
+
+def test_a_force_along_the_branch_alone_says_nothing_of_the_tangential_one(write):
+    """As compute pair/local gives it without p1 p2, unless the law has no friction."""
+    paths = write(GRAINS, pairs("id_i id_j fx fy", "3 1 -2.0 0"))
+    assert "tangential" in next(foreign_frames(*paths)).lacks
+    assert "tangential" not in next(foreign_frames(*paths, friction=0.0)).lacks
+    both = stress_parts(next(foreign_frames(*paths)))["contacts"]
+    assert both["pressure"] == pytest.approx(2.0 * 0.8 / (2 * 80)) and both["xx"] is None
+
+
+def test_a_tangential_part_that_is_there_already_is_not_added_twice(write):
+    with pytest.raises(ArchiveError, match="hold the tangential part; leave tx ty out"):
+        next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0.5 0 0.5"))))
+
+
+def test_neighbours_that_do_not_touch_are_no_contacts(write):
+    frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0", "2 3 0 0"))))
+    assert len(frame.contacts) == 1 and any("1 of 2 rows are pairs that neither touch" in note for note in frame.notes)
+
+
+def test_discs_that_overlap_and_are_not_in_the_table_are_said(write):
+    paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0"))
+    frame = next(foreign_frames(*paths))
+    assert len(frame.contacts) == 1 and any("1 of 2 pairs of discs that overlap are not in the" in note for note in frame.notes)
+    with pytest.raises(InputError, match=r"deepest 1 and 2 by 0.0566: it is incomplete, or of another step; .* --partial"):
+        Sample([paths[0]], [paths[1]], Reading(complete=True)).frame(0)
+
+
+def test_positions_of_few_digits_leave_open_which_discs_touch(write):
+    """Six digits, as LAMMPS writes unless told otherwise."""
+    close = GRAINS.replace("2 0.5 1.2 1.5", "2 0.5 1.40001 1.00000")
+    frame = next(foreign_frames(*write(close.replace("9.6 1", "9.61234 1.12345").replace("0.4 1", "0.40000 1.00000"))))
+    assert any("positions are given to 1e-05: whether 1 of" in note for note in frame.notes)
+
+
+def test_two_images_of_a_pair_are_two_contacts(write):
+    """In a cell as narrow as two grains only the branches tell them apart."""
+    cell = GRAINS.replace("\n0 10\n", "\n0 1.8\n").replace("9.6 1", "1.3 1").replace("2 0.5 1.2 1.5\n", "2 0.5 0.4 5\n")
+    table = pairs("id_i id_j bx by normal tangential", "1 3 0.9 0 1 0", "1 3 -0.9 0 1 0").replace("\n0 10\n", "\n0 1.8\n")
+    assert len(next(foreign_frames(*write(cell, table))).contacts) == 2
+
+
+def test_measures_of_what_is_missing_are_undefined(write):
+    """Neither zero nor made up: no mass, no velocity, no forces, no diameters."""
+    bare = GRAINS.replace("id radius x y", "id colour x y")
+    frame = next(foreign_frames(*write(bare, pairs("id_i id_j", "1 3", "1 2"))))
+    found = measure(frame, force_unit=1.0)
+    assert found["coordination"] == pytest.approx(4 / 3) and found["grains"] == 3
+    for name in ("solid_fraction", "rattler_fraction", "coordination_backbone", "neighbour_shares", "rumpf_ratio"):
+        assert found[name] is None, name
+    assert [found["stress"][name] for name in ("xx", "yy", "xy", "yx", "pressure")] == [None] * 5
+    assert found["kinetic_energy"] == {"per_grain": None, "raw": None}
+    assert found["unbalanced_force"]["force"] is None and found["interactions"]["contacts"] is None
 
 
 @pytest.fixture
@@ -109,6 +257,9 @@ def test_a_universe_is_measured_with_a_warning_about_its_precision(universe):
         frame = universe_frame(universe)
     assert frame.grains == 200
     assert frame.cell.tolist() == [20.0, 20.0]
+    assert {"mass", "velocity", "normal", "sliding"} <= frame.lacks and measure(frame, force_unit=1.0)["stress"][
+        "pressure"
+    ] is None
     assert (frame.contacts.gap < 0).all()
     universe.dimensions = [20.0, 20.0, 20.0, 90.0, 90.0, 60.0]
     with pytest.raises(InputError, match="90 degrees"):

@@ -69,6 +69,8 @@ def test_cell_is_damped_only_where_dashpots_are() -> None:
     assert Method1(dashpots=0.0).relaxation == "none"
     assert Method1(dashpots=0.0, drag=1.0).relaxation == "drag 1 in settle"
     assert "dashpots 0.5 and drag of the cell" in Method2().relaxation
+    soft, hard = Method1(kappa=1e4), Method1(kappa=1e6)
+    assert hard.cell_drag == pytest.approx(10.0 * soft.cell_drag)  # follows the frequency of the cell
 
 
 def test_a_slow_wall_takes_its_time() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from workflow.analysis.frame import Frame
+from workflow.scene.method1 import Method1
 
 KN, F0, D0 = 1e4, 1.0, 1e-3
 TOUCH = {"kn": KN, "kt": KN, "zeta": 0.8, "mu": 0.5, "f0": F0, "d0": D0, "zetat": 0.5}
@@ -172,3 +174,21 @@ def test_a_packing_comes_to_rest_that_would_ring_for_ever(discs: Callable[..., A
     left = [np.hypot(*discs(**scene, law=TOUCH | ROLL | {"zetat": z}).run(4000).frame().force.T).max() for z in (0.0, 0.5)]
     # omega_t = sqrt(3 K_T/m*) = 245 leaves nothing after 2 time units; the pair that now turns at 3e-4 needs m* w^2 r = 6e-8
     assert left[0] > 1e-3 and left[1] < 1e-7
+
+
+@pytest.mark.parametrize("smallest", [0.5, 0.1, 0.03, 0.01])
+def test_steps_that_scenes_choose_are_stable_with_dashpots(discs: Callable[..., Any], smallest: float) -> None:
+    """A small disc that rocks on a large one: gamma_r, critical for equal discs, is far more for the inertia of the small one."""
+    scene = Method1(n=400, smallest=smallest, kappa=1e4, rolling=True)
+    law = {**scene.law_in_units.__dict__, "mu": 1e6, "mur": 1e6, "f0": 1e-3 * smallest, "zetat": scene.dashpots}
+    touch = {"position": np.array([[5.0, 5.0], [5.5 + 0.5 * smallest - law["f0"] / law["kn"], 5.0]])}
+    start = {**touch, "diameter": np.array([1.0, smallest]), "spin": np.array([0.0, 1e-3])}
+    before = kinetic(discs(**start, law=law).frame())
+    left = {}
+    for dashpots in (scene.dashpots, 0.0):  # the step that heeds them, and the one that does not
+        step = scene.step_choice if dashpots else replace(scene, dashpots=0.0).step_choice
+        frame = discs(**start, law=law, step=step.step).run(3000).frame()
+        left[dashpots] = kinetic(frame)
+    assert left[scene.dashpots] < before
+    if smallest == 0.01:
+        assert not left[0.0] < before, "the springs alone would allow a longer step, which is unstable"

@@ -106,7 +106,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     @cached_property
     def step_choice(self) -> Step:
         """The time step with its reason."""
-        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
+        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self, self.dashpots)
 
     @property
     def compression_time(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from workflow.analysis.frame import Frame
+from workflow.scene.method1 import Method1
 
 KN, F0, D0 = 1e4, 1.0, 1e-3
 TOUCH = {"kn": KN, "kt": KN, "zeta": 0.8, "mu": 0.5, "f0": F0, "d0": D0, "zetat": 0.5, "zetar": 0.5}
@@ -192,3 +194,28 @@ def test_a_packing_comes_to_rest_that_would_ring_for_ever(discs: Callable[..., A
     ]
     # omega_t = sqrt(3 K_T/m*) = 245 leaves nothing after 2 time units; the pair that now turns at 3e-4 needs m* w^2 r = 6e-8
     assert left[0] > 1e-3 and left[1] < 1e-7
+
+
+@pytest.mark.parametrize("smallest", [0.5, 0.1, 0.03, 0.01])
+def test_steps_that_scenes_choose_are_stable_with_dashpots(discs: Callable[..., Any], smallest: float) -> None:
+    """A small disc that rocks on a large one: gamma_r, critical for equal discs, is far more for the inertia of the small one."""
+    scene = Method1(n=400, smallest=smallest, kappa=1e4, rolling=True)
+    law = {
+        **scene.law_in_units.__dict__,
+        "mu": 1e6,
+        "mur": 1e6,
+        "f0": 1e-3 * smallest,
+        "zetat": scene.dashpots,
+        "zetar": scene.rolling_dashpots,
+    }
+    touch = {"position": np.array([[5.0, 5.0], [5.5 + 0.5 * smallest - law["f0"] / law["kn"], 5.0]])}
+    start = {**touch, "diameter": np.array([1.0, smallest]), "spin": np.array([0.0, 1e-3])}
+    before = kinetic(discs(**start, law=law).frame())
+    kept = kinetic(discs(**start, law=law, step=scene.step_choice.step).run(3000).frame())
+    assert kept < before
+    assert scene.step_choice.step == replace(scene, dashpots=0.0).step_choice.step, "dashpots must not slow a run down"
+    if smallest == 0.01:
+        law["zetar"] = 10.0 * scene.dashpots
+        assert not kinetic(discs(**start, law=law, step=scene.step_choice.step).run(3000).frame()) < before, (
+            "what heeding is for"
+        )

@@ -122,7 +122,7 @@ class Method2(Packing):
     def step_choice(self) -> Step:
         """The time step of the stages under load, from the stiffest contacts of any stage."""
         stiffest = max(self.law_in_units, self.soft_law, key=lambda law: law.kn)
-        return choose_step(stiffest, self.smallest, self.approach_speed, self)
+        return choose_step(stiffest, self.smallest, self.approach_speed, self, self.dashpots)
 
     def step_of(self, stage: str) -> Step:
         """That of soft contacts until they stiffen; in the gas it resolves the tail at sqrt(2) V0, the root mean square of
@@ -130,7 +130,7 @@ class Method2(Packing):
         if stage not in ("start", "aggregate", "relax", "free"):
             return self.step_choice
         speed = self.approach_speed if stage in ("relax", "free") else math.sqrt(2.0) * self.speed
-        return choose_step(self.soft_law, self.smallest, speed, self)
+        return choose_step(self.soft_law, self.smallest, speed, self, self.dashpots)
 
     @property
     def softest(self) -> float:

@@ -107,7 +107,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     @cached_property
     def step_choice(self) -> Step:
         """The time step with its reason."""
-        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self)
+        return choose_step(self.law_in_units, self.smallest, self.approach_speed, self, self.dashpots)
 
     @property
     def compression_time(self) -> float:
@@ -127,6 +127,12 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     def neighbour_skin(self) -> float:
         """Skin of the neighbour list [a]."""
         return self.skin if self.skin is not None else max(0.1, 2.0 * self.law_in_units.d0)
+
+    @property
+    def rolling_dashpots(self) -> float:
+        """Dashpots of the rolling springs in the settling stages, fraction of critical; every step is stable with them."""
+        stages = [(self.law_of(stage), self.step_of(stage).step) for stage in self.settling]
+        return min((law.rolling_dashpot(self.smallest, self.dashpots, step) for law, step in stages), default=0.0)
 
     @property
     def relaxation(self) -> str:
@@ -212,7 +218,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
             "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,
             "convention": self.convention,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
-            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots,
+            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots, "rolling_dashpots": self.rolling_dashpots,
             "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
             "scheme": self.scheme, "account": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),

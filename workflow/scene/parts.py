@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 from workflow.scene.quantity import Parameters, quantity
 
 CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest frequency is estimated with
+ROLLING_DASHPOT = 10.0  # fraction of critical of the dashpot on the rolling spring over that on the tangential one
 LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 # steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
 # times: the second scheme is accurate there
@@ -95,6 +96,43 @@ class Law:
         """
         b = math.sqrt(0.5 * CONTACTS_OF_A_DISC) * self.zeta * (2.0 if scheme == "second" else 1.0)
         return 2.0 * diameter / math.sqrt(CONTACTS_OF_A_DISC * self.kn) * (math.sqrt(1.0 + b * b) - b)
+
+    def dashpot_limit(self, diameter: float, share: float) -> float:
+        """Largest stable step of a disc of ``diameter`` that turns between six of diameter 1, with dashpots ``share`` of
+        critical on the tangential springs: (2/omega) (sqrt(1 + z^2) - z), z = Gamma/(2 omega), as in `damped_limit`.
+
+        omega^2 = 6 (K_T R^2 + K_r)/I and Gamma = 6 gamma_t R^2/I.
+        """
+        if share == 0.0 or self.mu == 0.0:
+            return math.inf
+        omega, per_inertia, damping = self._turning(diameter, share)
+        z = 0.5 * per_inertia * damping / omega
+        return 2.0 / omega / (math.sqrt(1.0 + z * z) + z)
+
+    def rolling_dashpot(self, diameter: float, share: float, step: float) -> float:
+        """Dashpot of the rolling springs, fraction of critical: ROLLING_DASHPOT times ``share``, or what such a ``step`` is
+        stable with.
+
+        Critical is that of equal discs, I* = m* (R_i + R_j)^2/8; for a disc much smaller than its neighbours it would be far
+        more, and shorten the step.
+        """
+        wanted = ROLLING_DASHPOT * share
+        if wanted == 0.0 or self.mur == 0.0:
+            return wanted
+        omega, per_inertia, damping = self._turning(diameter, share)
+        phase = 1.25 * step * omega
+        room = (1.0 - 0.25 * phase * phase) / phase * 2.0 * omega / per_inertia - damping
+        mass = diameter**2
+        critical = math.sqrt(4.0 * self.kr * mass / (1.0 + mass) * (0.5 * (1.0 + diameter)) ** 2 / 2.0)
+        return min(wanted, max(room, 0.0) / critical)
+
+    def _turning(self, diameter: float, share: float) -> tuple[float, float, float]:
+        """omega of `dashpot_limit`, 6/I, and the damping gamma_t R^2 of one contact."""
+        radius, mass = 0.5 * diameter, diameter**2
+        kt, kr = self.kt if self.mu > 0 else 0.0, self.kr if self.mur > 0 else 0.0
+        per_inertia = CONTACTS_OF_A_DISC * 2.0 / (mass * radius**2)
+        omega = math.sqrt(per_inertia * (kt * radius**2 + kr))
+        return omega, per_inertia, share * math.sqrt(4.0 * kt * mass / (1.0 + mass)) * radius**2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,15 +271,17 @@ class Step:
     reason: str
 
 
-def choose_step(law: Law, smallest: float, speed: float, numerics: Numerics) -> Step:
+def choose_step(law: Law, smallest: float, speed: float, numerics: Numerics, dashpots: float = 0.0) -> Step:
     """The step from the stiffest period and from the tail, D0/(v step) >= 5 at approach speed v.
 
     The stiffest period is 2 pi/omega_max, or STEPS_TO_LIMIT times the largest stable step of a damped contact if that
-    is less.  ``smallest``: smallest diameter [a], mass d^2; ``speed``: approach speed that the scene must expect [a/T0].
+    is less.  ``smallest``: smallest diameter [a], mass d^2; ``speed``: approach speed that the scene must expect [a/T0];
+    ``dashpots``: of the stages that wait for equilibrium, which must be stable too.
     """
     swing = 2.0 * math.pi * smallest / math.sqrt(law.largest_frequency_per_mass)
     damped = law.damped_limit(smallest, numerics.scheme)
-    period, limit = min(swing, STEPS_TO_LIMIT[numerics.scheme] * damped), min(0.25 * swing, damped)
+    helped = law.dashpot_limit(smallest, dashpots)
+    period, limit = min(swing, STEPS_TO_LIMIT[numerics.scheme] * damped), min(0.25 * swing, damped, helped)
     if numerics.step is not None:
         words = f"given; {period / numerics.step:.1f} steps per stiffest period {period:.3g}"
         return Step(numerics.step, period, limit, words)
@@ -249,6 +289,11 @@ def choose_step(law: Law, smallest: float, speed: float, numerics: Numerics) -> 
     reason = f"stiffest period {period:.3g} / {numerics.steps_per_period:g}" + (
         ", set by the damping" if period < swing else ""
     )
+    if 0.8 * helped < step:
+        step, reason = (
+            0.8 * helped,
+            f"0.8 of the largest step that dashpots {dashpots:g} allow for the smallest discs: lower them",
+        )
     tail = law.d0 / (5.0 * speed) if law.f0 > 0 and speed > 0 else math.inf
     if tail < step:
         step, reason = tail, f"five steps in the tail of range {law.d0:g} at approach speed {speed:.3g}"

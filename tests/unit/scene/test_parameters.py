@@ -37,6 +37,7 @@ RANGES: dict[str, tuple[list[Any], list[Any]]] = {
     "mur": ([0, 0.005, 0.5, None], [-0.1, NAN, "x"]),
     "pstar": ([1e-6, 0.01, 100], [0, -1, 101, NAN]),
     "barostat": (["inertial", "berendsen"], ["Inertial", "nose", "", 1, None]),
+    "initial": (["fluid", "random_addition", "addition_by_size"], ["Fluid", "", 1]),
     "as_printed": ([True, False], [0, "yes", None]),
     "cell": (["lengths", "strain"], ["Lengths", "eq. 3", "", 1]),
     "cell_mass": ([1e-3, 0.3, 1e4], [0, -1, 1.1e4, NAN]),

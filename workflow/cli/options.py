@@ -113,4 +113,8 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
             f"'{arguments.scene}' is neither a scene nor a file; scenes are: {', '.join(sorted(SCENES))}; "
             "or give the path of a TOML file"
         )
-    return scene_from({**read_toml(Path(arguments.scene)), **given})
+    stated = read_toml(Path(arguments.scene))
+    if "as_printed" in given:  # a file states the readings that it was run with
+        of = SCENES.get(stated.get("scene", ""))
+        stated = {name: value for name, value in stated.items() if of is None or name not in of.readings()}
+    return scene_from({**stated, **given})

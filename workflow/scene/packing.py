@@ -43,6 +43,11 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         "initial": ("fluid", "random_addition"), "cell": ("lengths", "strain"), "rate_cap": (0.0, 0.0), "wall_cap": (0.0, 0.0),
     }  # fmt: skip
 
+    @classmethod
+    def readings(cls) -> set[str]:
+        """Parameters whose default depends on ``as_printed``: the inertia of the cell is that of its equation."""
+        return super().readings() | {"cell_mass"}
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.cell_mass is None:

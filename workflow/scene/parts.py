@@ -35,6 +35,11 @@ class Readings(Parameters):
         False, bool, "procedures as the paper prints them, where the default is another reading (docs/model.md)"
     )
 
+    @classmethod
+    def readings(cls) -> set[str]:
+        """Parameters whose default depends on ``as_printed``."""
+        return set(cls.READINGS)
+
     def __post_init__(self) -> None:
         for name, (read, printed) in self.READINGS.items():
             if getattr(self, name) is None:

@@ -43,9 +43,8 @@ def gathered(grains: Sequence[Path], contacts: Sequence[Path], reading: Reading,
     samples = each if apart or len(grains) < 2 else _samples(grains, reading)
     if len(samples) > 1 and len(contacts) not in (0, 1, len(grains), len(samples)):
         raise InputError(
-            f"{len(samples)} samples in {len(grains)} files of grains, and {len(contacts)} files of contacts: "
-            f"give one for each, in "
-            "the same order"
+            f"{len(samples)} samples in {len(grains)} files of grains, and {len(contacts)} files of contacts: give one for "
+            "each, in the same order"
         )
     for number, members in enumerate(samples):
         tables = list(contacts)

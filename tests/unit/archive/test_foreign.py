@@ -200,6 +200,9 @@ def test_a_force_along_the_branch_alone_says_nothing_of_the_tangential_one(write
 def test_a_tangential_part_that_is_there_already_is_not_added_twice(write):
     with pytest.raises(ArchiveError, match="hold the tangential part; leave tx ty out"):
         next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0.5 0 0.5"))))
+    paths = write(GRAINS, pairs("id_i id_j c_f[1] c_f[2] tx ty", "1 3 2.0 0.5 0 0.5"))
+    named = next(foreign_frames(*paths, names={"fx": "c_f[1]", "fy": "c_f[2]"}))
+    assert named.contacts.force[0] == pytest.approx([-2.0, -0.5])  # what the user names counts
 
 
 def test_neighbours_that_do_not_touch_are_no_contacts(write):

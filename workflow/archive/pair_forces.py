@@ -19,9 +19,12 @@ SLIDES = 1e-3  # how close to the Coulomb limit a contact slides: with six digit
 Known = dict[str, Floats]
 
 
-def forces_of(known: Known, branch: Floats, block: Snapshot, reading: Reading) -> tuple[dict[str, Floats], set[str]]:
-    """The parts of N, and T, with what is lacking of them (zero here)."""
+def forces_of(
+    known: Known, branch: Floats, gap: Floats | None, block: Snapshot, reading: Reading
+) -> tuple[dict[str, Floats], set[str]]:
+    """The parts of N, and T, with what is lacking of them (zero here); ``gap``: None where it is unknown."""
     count = len(branch)
+    apart = gap >= 0.0 if gap is not None else np.zeros(count, dtype=bool)
     vector = _of_vector(known, branch, block, reading) if {"fx", "fy"} <= set(known) else None
     parts = [known[name] for name in PARTS] if set(PARTS) <= set(known) else None
     given = {
@@ -38,13 +41,10 @@ def forces_of(known: Known, branch: Floats, block: Snapshot, reading: Reading) -
     else:
         normal = given[chosen] if chosen else zero
         assert normal is not None
-        pull = np.minimum(normal, 0.0)
-        attracts = reading.attraction > 0
-        forces = {
-            "elastic": np.maximum(normal, 0.0),
-            "viscous": zero if attracts else pull,
-            "attraction": pull if attracts else zero,
-        }
+        # with the law of --f0 a contact is attracted by F0, a pair at a distance by its whole force
+        attraction = np.where(apart, np.minimum(normal, 0.0), -reading.attraction) if reading.attraction else zero
+        rest = normal - attraction
+        forces = {"elastic": np.maximum(rest, 0.0), "viscous": np.minimum(rest, 0.0), "attraction": attraction}
     return forces | {"tangential": zero if tangential is None or "tangential" in lacks else tangential}, lacks
 
 

@@ -51,7 +51,7 @@ def contact_table(
     branch = _branch(known, i, j, frame, block)
     plausible.near(i, j, branch, frame, block.where)
     gap = _gap(known, i, j, branch, frame, block)
-    parts, lacks = forces_of(known, branch, block, reading)
+    parts, lacks = forces_of(known, branch, gap, block, reading)
     forces: dict[str, Any] = {**parts}
     table = Contacts(
         i, j, branch, np.zeros(len(i)) if gap is None else gap, **forces, **rest_of(known, forces, lacks, reading),

@@ -165,6 +165,17 @@ def test_contacts_slide_where_the_coulomb_limit_is_reached(write):
     assert any("|T| exceeds mu N in 2 of 2 contacts" in note for note in small.notes)
 
 
+def test_with_an_attraction_contacts_are_cohesive_whatever_the_sign_of_their_force(write):
+    """--f0 1: N = N_e - 1 in contact, the whole force at a distance; every interaction then holds."""
+    paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 2 1.0 0", "1 3 2.0 0.1"))
+    frame = Sample([paths[0]], [paths[1]], Reading(friction=0.3, attraction=1.0)).frame(0)
+    assert frame.contacts.attraction.tolist() == [-1.0, -1.0]
+    assert frame.contacts.normal_force.tolist() == [1.0, 2.0] and frame.contacts.elastic.tolist() == [2.0, 3.0]
+    assert measure(frame, force_unit=1.0)["rattler_fraction"] == 0.0
+    plain = next(foreign_frames(*paths, friction=0.3))
+    assert not plain.contacts.attraction.any() and measure(plain, force_unit=1.0)["rattler_fraction"] == 1.0
+
+
 def test_sliding_contacts_count_once_in_the_pebble_game(write):
     rows = ["1 2 1.0 0.3", "1 3 2.0 0.1"]
     frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", *rows)), friction=0.3))

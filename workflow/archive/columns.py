@@ -32,9 +32,9 @@ CONTACTS: dict[str, str] = {
     "rolling": "1 where the rolling limit is reached",
 }  # fmt: skip
 CONTACT_HELP = (
-    "name the columns with dump_modify colname, --columns NAME=COLUMN or --liggghts; needed: id_i id_j; used: bx by (branch), "
-    "gap (or overlap), normal (or elastic viscous attraction), tangential, moment, sliding, rolling, or fx fy (force on id_i) "
-    "and tx ty (its tangential part where fx fy lacks it, as in compute pair/local)"
+    "name the columns with dump_modify colname, --columns NAME=COLUMN or --liggghts; needed: id_i id_j; used: bx by "
+    "(branch), gap (or overlap), normal (or elastic viscous attraction), tangential, moment, sliding, rolling, or fx fy "
+    "(force on id_i) and tx ty (its tangential part where fx fy lacks it, as in compute pair/local)"
 )
 # what others call a column whose meaning leaves no doubt
 ALIASES = {"id1": "id_i", "id2": "id_j", "patom1": "id_i", "patom2": "id_j", "delta": "overlap"}
@@ -134,8 +134,8 @@ def liggghts_columns(block: Snapshot, keywords: Sequence[str]) -> dict[str, str]
     matches = [match for match in map(NUMBERED.fullmatch, block.columns) if match]
     computes = sorted({match[1] for match in matches})
     if len(computes) != 1:
-        raise InputError(f"{block.where}: --liggghts needs the numbered columns of one compute, c_ID[1] c_ID[2] ...; there are "
-                         f"{' '.join(block.columns)}; use --columns")  # fmt: skip
+        raise InputError(f"{block.where}: --liggghts needs the numbered columns of one compute, c_ID[1] c_ID[2] ...; there "
+                         f"are {' '.join(block.columns)}; use --columns")  # fmt: skip
     written = [int(match[2]) for match in matches]
     total, all_of_them = max(written), written == list(range(1, len(written) + 1))
     places, at = {}, 1
@@ -147,8 +147,8 @@ def liggghts_columns(block: Snapshot, keywords: Sequence[str]) -> dict[str, str]
     if history < 0 or (total >= at and "history" not in keywords):
         raise InputError(
             f"{block.where}: pair/gran/local with {' '.join(keywords)} writes {at - 1} "
-            f"columns{' and its history' * ('history' in keywords)}, "
-            f"the file has {total}; give the keywords of the input script"
+            f"columns{' and its history' * ('history' in keywords)}, the file has {total}; give the keywords of the input "
+            "script"
         )
     after = list(LIGGGHTS)[list(LIGGGHTS).index("history") + 1 :]
     known = all_of_them or "history" not in keywords

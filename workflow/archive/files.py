@@ -29,8 +29,8 @@ def _zstd(path: PathLike) -> BinaryIO:
         reader: Any = import_module("zstandard")
     except ImportError:
         raise EnvironmentFault(
-            f"'{path}' is compressed with Zstandard, which needs the package zstandard; pip install zstandard, or unpack it "
-            f"with 'zstd -d {path}'"
+            f"'{path}' is compressed with Zstandard, which needs the package zstandard; pip install zstandard, or unpack "
+            f"it with 'zstd -d {path}'"
         ) from None
     return cast(BinaryIO, reader.ZstdDecompressor().stream_reader(open(path, "rb"), read_across_frames=True))
 

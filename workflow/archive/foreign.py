@@ -48,8 +48,7 @@ class Sample:
             self.steps = [step for step in steps if step in others]
             if not self.steps:
                 raise InputError(f"'{grains[0]}' has the steps {_range(steps)}, '{contacts[0]}' has "
-                                 f"{_range(list(others))}: none is "
-                                 "in both; give files of one run")  # fmt: skip
+                                 f"{_range(list(others))}: none is in both; give files of one run")  # fmt: skip
             alone = len(steps) + len(others) - 2 * len(self.steps)
             if alone:
                 self.notes.append(f"{alone} snapshots are in one of grains and contacts only and left out")
@@ -108,9 +107,8 @@ def _grains(dump: Dump, block: Snapshot, reading: Reading, *, with_contacts: boo
     forms = {axis: _form(axis, found, reading.names) for axis in "xyz"}
     sized = with_contacts or {"diameter", "radius"} & set(found)
     if "id" not in found or forms["x"] is None or forms["y"] is None or not sized:
-        raise ArchiveError(f"{block.where}: columns are {' '.join(block.columns)}; needed are id, x y (or xs "
-                           f"ys, xu yu, xsu ysu), and "
-                           f"diameter or radius; {_hint(block)}")  # fmt: skip
+        raise ArchiveError(f"{block.where}: columns are {' '.join(block.columns)}; needed are id, x y (or xs ys, xu yu, "
+                           f"xsu ysu), and diameter or radius; {_hint(block)}")  # fmt: skip
     used = {name: column for name, column in found.items() if name not in _coordinates() or name in forms.values()}
     columns = dump.table(block, list(dict.fromkeys(used.values())))
     known = {name: columns[column] for name, column in used.items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
+from workflow.analysis.frame import PARTS, Floats
 from workflow.archive import plausible
 from workflow.archive.columns import Reading
 from workflow.archive.snapshots import Snapshot
@@ -19,15 +19,14 @@ SLIDES = 1e-3  # how close to the Coulomb limit a contact slides: with six digit
 Known = dict[str, Floats]
 
 
-def forces_of(known: Known, branch: Floats, block: Snapshot, reading: Reading) -> tuple[dict[str, Floats], set[str]]:
-    """The parts of N, and T, with what is lacking of them (zero here)."""
+def forces_of(
+    known: Known, branch: Floats, gap: Floats | None, block: Snapshot, reading: Reading
+) -> tuple[dict[str, Floats], set[str]]:
+    """The parts of N, and T, with what is lacking of them (zero here); ``gap``: None where it is unknown."""
     count = len(branch)
-    vector = _of_vector(known, branch, block) if {"fx", "fy"} <= set(known) else None
-    parts = (
-        [known[name] for name in ("elastic", "viscous", "attraction")]
-        if {"elastic", "viscous", "attraction"} <= set(known)
-        else None
-    )
+    apart = gap >= 0.0 if gap is not None else np.zeros(count, dtype=bool)
+    vector = _of_vector(known, branch, block, reading) if {"fx", "fy"} <= set(known) else None
+    parts = [known[name] for name in PARTS] if set(PARTS) <= set(known) else None
     given = {
         "fx fy": None if vector is None else vector[0],
         "normal": known.get("normal"),
@@ -38,17 +37,14 @@ def forces_of(known: Known, branch: Floats, block: Snapshot, reading: Reading) -
     tangential = known.get("tangential") if vector is None or "tangential" in reading.names else vector[1]
     lacks = _lacking(chosen, tangential, known, vector, reading, count)
     if parts is not None and chosen == "elastic viscous attraction":
-        forces = dict(zip(("elastic", "viscous", "attraction"), parts, strict=True))
+        forces = dict(zip(PARTS, parts, strict=True))
     else:
         normal = given[chosen] if chosen else zero
         assert normal is not None
-        pull = np.minimum(normal, 0.0)
-        attracts = reading.attraction > 0
-        forces = {
-            "elastic": np.maximum(normal, 0.0),
-            "viscous": zero if attracts else pull,
-            "attraction": pull if attracts else zero,
-        }
+        # with the law of --f0 a contact is attracted by F0, a pair at a distance by its whole force
+        attraction = np.where(apart, np.minimum(normal, 0.0), -reading.attraction) if reading.attraction else zero
+        rest = normal - attraction
+        forces = {"elastic": np.maximum(rest, 0.0), "viscous": np.minimum(rest, 0.0), "attraction": attraction}
     return forces | {"tangential": zero if tangential is None or "tangential" in lacks else tangential}, lacks
 
 
@@ -61,26 +57,27 @@ def _chosen(given: Mapping[str, Floats], reading: Reading, block: Snapshot) -> s
     for other in names[1:]:
         scale = float(np.abs(given[names[0]]).max(initial=0.0))
         if (np.abs(given[other] - given[names[0]]) > 1e-3 * scale).any():
-            raise ArchiveError(f"{block.where}: {names[0]} and {other} give different normal forces; name the "
-                               f"columns that count with "
-                               "--columns, such as normal=normal")  # fmt: skip
+            raise ArchiveError(f"{block.where}: {names[0]} and {other} give different normal forces; name the columns that "
+                               "count with --columns, such as normal=normal")  # fmt: skip
     return names[-1] if names and names[-1].startswith("elastic") else names[0] if names else None
 
 
-def _of_vector(known: Known, branch: Floats, block: Snapshot) -> tuple[Floats, Floats]:
+def _of_vector(known: Known, branch: Floats, block: Snapshot, reading: Reading) -> tuple[Floats, Floats]:
     """N and T from the force on i, fx fy, and its tangential part tx ty where that comes apart."""
     n = branch / np.hypot(*branch.T)[:, None] if len(branch) else branch
     t = np.column_stack((-n[:, 1], n[:, 0]))
     force = -np.column_stack((known["fx"], known["fy"]))  # of i on j
     plausible.planar(known, block)
+    meant = {"fx", "tx"} <= set(reading.names) or "fx" not in reading.names  # tx ty go with these fx fy
     if {"tx", "ty"} <= set(known):
         scale = float(np.abs(force).max(initial=0.0))
         oblique = np.abs((force * t).sum(axis=1)) > 10 * CENTRAL * scale
+        if oblique.any() and not meant:
+            return (force * n).sum(axis=1), (force * t).sum(axis=1)
         if oblique.any() and (known["tx"].any() or known["ty"].any()):
             raise ArchiveError(
-                f"{block.where}: fx fy are not along the line of centres in {int(oblique.sum())} rows, so that "
-                f"they hold the tangential "
-                "part; leave tx ty out (or give the normal part as fx fy)"
+                f"{block.where}: fx fy are not along the line of centres in {int(oblique.sum())} rows, so that they hold "
+                "the tangential part; leave tx ty out (or give the normal part as fx fy)"
             )
         force = force - np.column_stack((known["tx"], known["ty"]))
     return (force * n).sum(axis=1), (force * t).sum(axis=1)

@@ -51,7 +51,7 @@ def contact_table(
     branch = _branch(known, i, j, frame, block)
     plausible.near(i, j, branch, frame, block.where)
     gap = _gap(known, i, j, branch, frame, block)
-    parts, lacks = forces_of(known, branch, block, reading)
+    parts, lacks = forces_of(known, branch, gap, block, reading)
     forces: dict[str, Any] = {**parts}
     table = Contacts(
         i, j, branch, np.zeros(len(i)) if gap is None else gap, **forces, **rest_of(known, forces, lacks, reading),
@@ -86,9 +86,9 @@ def _ordered(known: Known, frame: Frame, block: Snapshot) -> tuple[Known, Ints, 
     for end in ends:
         absent = end[~np.isin(end, frame.ids)]
         if len(absent):
-            raise ArchiveError(f"{block.where}: grain id {absent[0]} is not in the dump of the grains at step "
-                               f"{block.step} ({len(absent)} such "
-                               "rows); give files of one run and one group, and the columns of the ids")  # fmt: skip
+            raise ArchiveError(f"{block.where}: grain id {absent[0]} is not in the dump of the grains at step {block.step} "
+                               f"({len(absent)} such rows); give files of one run and one group, and the columns of "
+                               "the ids")  # fmt: skip
     if (ends[0] == ends[1]).any():
         raise ArchiveError(f"{block.where}: grain {ends[0][ends[0] == ends[1]][0]} touches itself; {REMEDY}")
     swap = ends[0] > ends[1]
@@ -140,8 +140,8 @@ def _branch(known: Known, i: Ints, j: Ints, frame: Frame, block: Snapshot) -> Fl
         k = wrong[0]
         raise ArchiveError(
             f"{block.where}: bx by of grains {frame.ids[i[k]]} and {frame.ids[j[k]]} is ({branch[k, 0]:g}, "
-            f"{branch[k, 1]:g}), their "
-            f"centres are ({short[k, 0]:g}, {short[k, 1]:g}) apart; {len(wrong)} rows differ; give files of one moment"
+            f"{branch[k, 1]:g}), their centres are ({short[k, 0]:g}, {short[k, 1]:g}) apart; {len(wrong)} rows differ; "
+            "give files of one moment"
         )
     return branch
 
@@ -160,7 +160,6 @@ def _gap(known: Known, i: Ints, j: Ints, branch: Floats, frame: Frame, block: Sn
         wrong = np.flatnonzero(seen)
     if len(wrong):
         k = wrong[0]
-        raise ArchiveError(f"{block.where}: the gap of grains {frame.ids[i[k]]} and {frame.ids[j[k]]} is "
-                           f"{given[k]:g} in the file, "
-                           f"{seen[k]:g} by positions and diameters; {REMEDY}")  # fmt: skip
+        raise ArchiveError(f"{block.where}: the gap of grains {frame.ids[i[k]]} and {frame.ids[j[k]]} is {given[k]:g} in "
+                           f"the file, {seen[k]:g} by positions and diameters; {REMEDY}")  # fmt: skip
     return given

@@ -27,9 +27,8 @@ def flat(block: Snapshot, z: Floats | None, diameter: Floats | None) -> None:
     size = float(diameter.min()) if diameter is not None else 1.0
     span = float(np.ptp(z))
     if span > PLANE * size:
-        raise InputError(f"{block.where}: z spans {span:.4g}, {span / size:.3g} of the smallest diameter: the "
-                         f"data are three-dimensional; "
-                         "all measures are of discs in a plane")  # fmt: skip
+        raise InputError(f"{block.where}: z spans {span:.4g}, {span / size:.3g} of the smallest diameter: the data are "
+                         "three-dimensional; all measures are of discs in a plane")  # fmt: skip
 
 
 def planar(known: Mapping[str, Floats], block: Snapshot) -> None:
@@ -37,9 +36,8 @@ def planar(known: Mapping[str, Floats], block: Snapshot) -> None:
     if "fz" in known:
         most = float(max(np.abs(known[name]).max(initial=0.0) for name in ("fx", "fy")))
         if np.abs(known["fz"]).max(initial=0.0) > PLANE * most:
-            raise InputError(f"{block.where}: contact forces have a part along z: the data are "
-                             f"three-dimensional; all measures are of "
-                             "discs in a plane")  # fmt: skip
+            raise InputError(f"{block.where}: contact forces have a part along z: the data are three-dimensional; all "
+                             "measures are of discs in a plane")  # fmt: skip
 
 
 def same_moment(grains: Snapshot, contacts: Snapshot) -> None:
@@ -48,9 +46,8 @@ def same_moment(grains: Snapshot, contacts: Snapshot) -> None:
     box = np.abs(grains.bounds[:2] - contacts.bounds[:2]).max() > 1e-5 * side
     time = not np.isnan(grains.time + contacts.time) and not np.isclose(grains.time, contacts.time, rtol=1e-6)
     if box or time:
-        raise InputError(f"'{grains.path}' and '{contacts.path}' have different {'boxes' if box else 'times'} "
-                         f"at step {grains.step}; give "
-                         "grains and contacts of one run")  # fmt: skip
+        raise InputError(f"'{grains.path}' and '{contacts.path}' have different {'boxes' if box else 'times'} at step "
+                         f"{grains.step}; give grains and contacts of one run")  # fmt: skip
 
 
 def near(i: Ints, j: Ints, branch: Floats, frame: Frame, where: str) -> None:
@@ -66,18 +63,16 @@ def near(i: Ints, j: Ints, branch: Floats, frame: Frame, where: str) -> None:
     if len(far):
         k = far[0]
         raise InputError(
-            f"{where}: grains {frame.ids[i[k]]} and {frame.ids[j[k]]} are {distance[k]:.4g} apart, more than "
-            f"two diameters ({len(far)} such "
-            "rows): the table is of another sample or step, the ids are in other columns, or the box is "
+            f"{where}: grains {frame.ids[i[k]]} and {frame.ids[j[k]]} are {distance[k]:.4g} apart, more than two diameters "
+            f"({len(far)} such rows): the table is of another sample or step, the ids are in other columns, or the box is "
             "periodic and its flags are not"
         )
     k = int(np.argmin(distance / mean))
     if distance[k] < (1.0 - DEEPEST) * mean[k]:
         raise InputError(
-            f"{where}: the centres of grains {frame.ids[i[k]]} and {frame.ids[j[k]]} are {distance[k]:.4g} "
-            f"apart, their mean diameter is "
-            f"{mean[k]:.4g}: no disc is overlapped that far; the lengths are of other units, the radii diameters, or the data "
-            "three-dimensional"
+            f"{where}: the centres of grains {frame.ids[i[k]]} and {frame.ids[j[k]]} are {distance[k]:.4g} apart, their "
+            f"mean diameter is {mean[k]:.4g}: no disc is overlapped that far; the lengths are of other units, the radii "
+            "diameters, or the data three-dimensional"
         )
 
 
@@ -110,9 +105,8 @@ def near_touching(frame: Frame, rounding: float) -> list[str]:
     close = int((np.abs(gap) < 2.0 * rounding).sum())
     if not close:
         return []
-    return [f"positions are given to {rounding:.0e}: whether {close} of {len(i)} pairs touch is open; write "
-            f"more digits (dump_modify "
-            "format float %.17g), or give the contacts"]  # fmt: skip
+    return [f"positions are given to {rounding:.0e}: whether {close} of {len(i)} pairs touch is open; write more digits "
+            "(dump_modify format float %.17g), or give the contacts"]  # fmt: skip
 
 
 def missed(frame: Frame, rounding: float, complete: bool) -> list[str]:
@@ -125,14 +119,12 @@ def missed(frame: Frame, rounding: float, complete: bool) -> list[str]:
     if not absent.any():
         return []
     k = int(np.argmin(np.where(absent, gap, 0.0)))
-    words = (f"{int(absent.sum())} of {len(i)} pairs of discs that overlap are not in the table of contacts, "
-             f"deepest {frame.ids[i[k]]} and "
-             f"{frame.ids[j[k]]} by {-gap[k]:.3g}")  # fmt: skip
+    words = (f"{int(absent.sum())} of {len(i)} pairs of discs that overlap are not in the table of contacts, deepest "
+             f"{frame.ids[i[k]]} and {frame.ids[j[k]]} by {-gap[k]:.3g}")  # fmt: skip
     if not complete:
         return [f"{words}: they are not counted"]
-    raise InputError(f"{words}: it is incomplete, or of another step; if these are no contacts (clumps, bonds, "
-                     f"excluded groups), add "
-                     "--partial")  # fmt: skip
+    raise InputError(f"{words}: it is incomplete, or of another step; if these are no contacts (clumps, bonds, excluded "
+                     "groups), add --partial")  # fmt: skip
 
 
 def _pairs(frame: Frame, reach: float) -> tuple[Ints, Ints, Floats]:
@@ -151,9 +143,9 @@ def forces(table: Contacts, frame: Frame, block: Snapshot, attraction: float) ->
         raise InputError(f"{block.where}: all normal forces are 0 in {len(normal)} contacts; name the columns of the forces")
     pulling = float((normal < 0.0).mean())
     if pulling > 0.9 and attraction == 0.0 and normal.sum() < 0.0:
-        raise InputError(f"{block.where}: {100 * pulling:.0f} % of the normal forces are attractive without "
-                         f"--f0: forces on id_j, or i and j "
-                         "exchanged? fx fy must be the force on id_i, normal above 0 where grains repel")  # fmt: skip
+        raise InputError(f"{block.where}: {100 * pulling:.0f} % of the normal forces are attractive without --f0: forces "
+                         "on id_j, or i and j exchanged? fx fy must be the force on id_i, normal above 0 where grains "
+                         "repel")  # fmt: skip
     return _apart(table, frame, block) + _pulling(pulling, table, attraction)
 
 
@@ -181,9 +173,8 @@ def notes_of(frame: Frame, friction: float | None) -> list[str]:
     """What is to be said beside the numbers of a frame.  Raises InputError where they cannot be those of discs."""
     notes = _dense(frame)
     if not all(frame.periodic):
-        notes.append("the box has walls: nothing is wrapped there; solid fraction and stress are of the whole "
-                     "box, contacts with the walls "
-                     "are not in the table")  # fmt: skip
+        notes.append("the box has walls: nothing is wrapped there; solid fraction and stress are of the whole box, "
+                     "contacts with the walls are not in the table")  # fmt: skip
     notes += _balanced(frame) + _coulomb(frame, friction)
     lacking = [words for name, words in QUANTITIES.items() if name in frame.lacks and name not in ("stretch", "rotation")]
     if lacking:
@@ -211,9 +202,9 @@ def _balanced(frame: Frame) -> list[str]:
     found, mean = balance(frame), float(np.abs(frame.contacts.normal_force).mean())
     notes = [f"balance: the largest net force of the contacts on a grain is {found.largest_force / mean:.2g} of the mean |N|"]
     if "force" not in frame.lacks and found.force_difference > DIFFERS * mean:
-        notes.append(f"the contacts do not add up to the forces on the grains in the dump, by "
-                     f"{found.force_difference / mean:.2g} of the mean |N|: "
-                     "gravity, walls or drag act as well, or contacts are missing")  # fmt: skip
+        notes.append("the contacts do not add up to the forces on the grains in the dump, by "
+                     f"{found.force_difference / mean:.2g} of the mean |N|: gravity, walls or drag act as well, or "
+                     "contacts are missing")  # fmt: skip
     return notes
 
 

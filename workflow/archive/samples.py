@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from workflow.analysis.frame import Floats
 from workflow.archive.columns import GRAINS, Reading, resolve
 from workflow.archive.dump_tables import Dump
 from workflow.archive.foreign import Sample
 from workflow.errors import InputError
+
+Sizes = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True)
@@ -40,9 +43,8 @@ def gathered(grains: Sequence[Path], contacts: Sequence[Path], reading: Reading,
     samples = each if apart or len(grains) < 2 else _samples(grains, reading)
     if len(samples) > 1 and len(contacts) not in (0, 1, len(grains), len(samples)):
         raise InputError(
-            f"{len(samples)} samples in {len(grains)} files of grains, and {len(contacts)} files of contacts: "
-            f"give one for each, in "
-            "the same order"
+            f"{len(samples)} samples in {len(grains)} files of grains, and {len(contacts)} files of contacts: give one for "
+            "each, in the same order"
         )
     for number, members in enumerate(samples):
         tables = list(contacts)
@@ -56,28 +58,36 @@ def gathered(grains: Sequence[Path], contacts: Sequence[Path], reading: Reading,
 
 def _samples(paths: Sequence[Path], reading: Reading) -> list[list[int]]:
     """Numbers of the files of each sample."""
-    found: list[tuple[list[int], set[int], dict[float, float]]] = []
+    found: list[tuple[list[int], set[int], Sizes]] = []
     for number, path in enumerate(paths):
         dump = Dump([path])
         steps, sizes = set(dump.snapshots), _sizes(dump, reading)
-        for members, taken, known in found:
-            if not steps & taken and all(np.isclose(known.get(grain, size), size, rtol=1e-5) for grain, size in sizes.items()):
-                members.append(number)
-                taken |= steps
-                known |= sizes
-                break
-        else:
+        place = next((k for k, (_, taken, known) in enumerate(found) if not steps & taken and _agree(known, sizes)), None)
+        if place is None:
             found.append(([number], steps, sizes))
+        else:
+            members, taken, known = found[place]
+            found[place] = ([*members, number], taken | steps, _united(known, sizes))
     return [members for members, _, _ in found]
 
 
-def _sizes(dump: Dump, reading: Reading) -> dict[float, float]:
-    """{id: size} of the grains of the first snapshot; sizes are 1 where they are not given."""
+def _sizes(dump: Dump, reading: Reading) -> Sizes:
+    """Ids and sizes of the grains of the first snapshot; sizes are 1 where they are not given."""
     block = next(iter(dump.snapshots.values()))
     found = resolve(block, GRAINS, reading.names)
     if "id" not in found:
-        return {}
+        return np.empty(0), np.empty(0)
     size = next((found[name] for name in ("diameter", "radius") if name in found), None)
     columns = dump.table(block, [found["id"]] + ([size] if size else []))
-    sizes = columns[size] if size else np.ones(block.rows)
-    return dict(zip(columns[found["id"]].tolist(), sizes.tolist(), strict=True))
+    return columns[found["id"]], columns[size] if size else np.ones(block.rows)
+
+
+def _agree(one: Sizes, two: Sizes) -> bool:
+    """Whether the grains of both have the same sizes."""
+    _, first, second = np.intersect1d(one[0], two[0], return_indices=True)
+    return bool(np.allclose(one[1][first], two[1][second], rtol=1e-5, atol=0.0))
+
+
+def _united(one: Sizes, two: Sizes) -> Sizes:
+    new = ~np.isin(two[0], one[0])
+    return np.concatenate((one[0], two[0][new])), np.concatenate((one[1], two[1][new]))

@@ -150,16 +150,15 @@ def _head(lines: _Reader, units: str) -> Snapshot | None:
             columns = tuple(title[len(label) :].split())
             return Snapshot(lines.path, step, time, units, bounds, flags, label, rows, columns, lines.number, lines.offset)
         else:
-            raise lines.fault(f"'{shown(line.strip())}' is not expected here in a dump of LAMMPS; the file is "
-                              f"damaged there, or is "
-                              "of another kind")  # fmt: skip
+            raise lines.fault(f"'{shown(line.strip())}' is not expected here in a dump of LAMMPS; the file is damaged "
+                              "there, or is of another kind")  # fmt: skip
 
 
 def _box(lines: _Reader, words: list[str]) -> tuple[str, Floats]:
     """Flags and faces; a tilted box is refused, one that could tilt and does not is a rectangle."""
     if words[:2] == ["abc", "origin"]:
-        raise lines.fault("the box is given by three vectors (general triclinic), which is not supported; write the dump with "
-                          "'dump_modify ... triclinic/general no' from a rectangular box")  # fmt: skip
+        raise lines.fault("the box is given by three vectors (general triclinic), which is not supported; write the dump "
+                          "with 'dump_modify ... triclinic/general no' from a rectangular box")  # fmt: skip
     tilts = words[:3] == ["xy", "xz", "yz"]
     flags = words[3:] if tilts else words
     if flags and (len(flags) != 3 or any(len(face) != 2 or not set(face) <= set("pfsm") for face in flags)):
@@ -169,9 +168,8 @@ def _box(lines: _Reader, words: list[str]) -> tuple[str, Floats]:
         raise lines.fault(f"the box is tilted (xy, xz, yz = {', '.join(f'{tilt:g}' for tilt in rows[:, 2])}), which is not "
                           "supported; give a rectangular box")  # fmt: skip
     if not (rows[:2, 1] > rows[:2, 0]).all():
-        raise lines.fault(f"the box ends at {rows[0, 1]:g}, {rows[1, 1]:g} and begins at {rows[0, 0]:g}, "
-                          f"{rows[1, 0]:g}; a side "
-                          "must be longer than 0")  # fmt: skip
+        raise lines.fault(f"the box ends at {rows[0, 1]:g}, {rows[1, 1]:g} and begins at {rows[0, 0]:g}, {rows[1, 0]:g}; a "
+                          "side must be longer than 0")  # fmt: skip
     return " ".join(flags), rows[:, :2].copy()
 
 

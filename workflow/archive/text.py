@@ -67,7 +67,7 @@ def _fault(path: PathLike, lines: list[bytes], first: int, names: Sequence[str],
         for column in wanted:
             if not numeric(words[column], 1, finite=True):
                 return ArchiveError(
-                    f"{path}, line {number}, column {column + 1} ({names[column]}): found '{shown(words[column])}', expected a "
-                    "finite number; correct it, or leave the column out"
+                    f"{path}, line {number}, column {column + 1} ({names[column]}): found '{shown(words[column])}', "
+                    "expected a finite number; correct it, or leave the column out"
                 )
     return ArchiveError(f"{path}, line {first}: the table cannot be read; the file is damaged there, restore it")

@@ -28,6 +28,7 @@ from workflow.cli.sources import (
     packing,
     parameters_of,
     sources_of,
+    tell,
 )
 from workflow.engine.collect import measures_of_frames
 from workflow.engine.rundir import ARCHIVE, RunDirectory
@@ -103,6 +104,7 @@ def _several(
     parts = []
     for members in kinds(parameters):
         of = [measures[number] for number in members]
+        _same_twice([(name_of(sources[k]), parameters[k]) for k in members if isinstance(sources[k], Path)])
         result = of[0]
         if len(of) > 1:
             notes = list(dict.fromkeys(note for sample in of for note in sample.get("notes", [])))
@@ -117,6 +119,15 @@ def _several(
     head = f"not averaged, the samples differ in more than the seed: {in_words(different)}"
     text = "\n".join([head, *(f"\n{' '.join(part['sources'])}\n{text}" for part, text in parts)])
     _show({"differ": different, "kinds": [part for part, _ in parts]}, text, arguments)
+
+
+def _same_twice(runs: Sequence[tuple[str, dict[str, Any]]]) -> None:
+    """Say it if two runs differ in nothing at all: their scatter is none."""
+    seen: dict[str, str] = {}
+    for name, parameters in runs:
+        first = seen.setdefault(repr(parameters), name)
+        if first != name:
+            tell([f"'{first}' and '{name}' have the same parameters and the same seed: they are one sample, counted twice"])
 
 
 # columns of --stages: heading, path in the measures

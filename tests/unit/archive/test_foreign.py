@@ -165,6 +165,17 @@ def test_contacts_slide_where_the_coulomb_limit_is_reached(write):
     assert any("|T| exceeds mu N in 2 of 2 contacts" in note for note in small.notes)
 
 
+def test_with_an_attraction_contacts_are_cohesive_whatever_the_sign_of_their_force(write):
+    """--f0 1: N = N_e - 1 in contact, the whole force at a distance; every interaction then holds."""
+    paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 2 1.0 0", "1 3 2.0 0.1"))
+    frame = Sample([paths[0]], [paths[1]], Reading(friction=0.3, attraction=1.0)).frame(0)
+    assert frame.contacts.attraction.tolist() == [-1.0, -1.0]
+    assert frame.contacts.normal_force.tolist() == [1.0, 2.0] and frame.contacts.elastic.tolist() == [2.0, 3.0]
+    assert measure(frame, force_unit=1.0)["rattler_fraction"] == 0.0
+    plain = next(foreign_frames(*paths, friction=0.3))
+    assert not plain.contacts.attraction.any() and measure(plain, force_unit=1.0)["rattler_fraction"] == 1.0
+
+
 def test_sliding_contacts_count_once_in_the_pebble_game(write):
     rows = ["1 2 1.0 0.3", "1 3 2.0 0.1"]
     frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", *rows)), friction=0.3))
@@ -200,6 +211,9 @@ def test_a_force_along_the_branch_alone_says_nothing_of_the_tangential_one(write
 def test_a_tangential_part_that_is_there_already_is_not_added_twice(write):
     with pytest.raises(ArchiveError, match="hold the tangential part; leave tx ty out"):
         next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0.5 0 0.5"))))
+    paths = write(GRAINS, pairs("id_i id_j c_f[1] c_f[2] tx ty", "1 3 2.0 0.5 0 0.5"))
+    named = next(foreign_frames(*paths, names={"fx": "c_f[1]", "fy": "c_f[2]"}))
+    assert named.contacts.force[0] == pytest.approx([-2.0, -0.5])  # what the user names counts
 
 
 def test_neighbours_that_do_not_touch_are_no_contacts(write):

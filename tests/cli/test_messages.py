@@ -26,7 +26,7 @@ MISUSE: dict[str, tuple[list[str], list[str]]] = {
     "400 digits of grains": (["deck", "method1", "--n", HUGE, "--dry-run"], ["n = ", "not above"]),
     "Phi_I above its range": (["run", "method1", "--phi0", "0.7"], ["phi0 = 0.7", "not above 0.6"]),
     "Phi_I that equal discs do not reach": (
-        ["run", "method1", "--phi0", "0.6", "--smallest", "1", "--n", "100"],
+        ["run", "method1", "--phi0", "0.6", "--smallest", "1", "--n", "100", "--initial", "random_addition"],
         ["solid fraction 0.6", "too high", "lower --phi0"],
     ),
     "negative stiffness": (["run", "method1", "--kappa", "-3"], ["kappa = -3", "not below 100"]),

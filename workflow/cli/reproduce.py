@@ -39,7 +39,7 @@ wf reproduce gilabert2007 --scheduler slurm --time 12:00:00
 wf reproduce gilabert2007 --no-run --pool docs/results/gilabert2007/scoreboard.json
                                                      with the samples of a scoreboard made elsewhere
 wf reproduce gilabert2007 --readings --dry-run       what the readings of the procedure would cost
-wf reproduce gilabert2007 --readings "W 0.3,W 0.6"   these two against the printed numbers, chi^2 of each
+wf reproduce gilabert2007 --readings W0.3,W0.6      these two against the printed numbers, chi^2 of each
 wf status runs/gilabert2007                          where it stands
 """
 

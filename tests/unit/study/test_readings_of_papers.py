@@ -33,10 +33,10 @@ def test_readings_differ_only_where_they_say() -> None:
     of = read_readings("gilabert2007", samples=1)
     points = {one.name: {p.digest for p in points_of(of.of(one), [])} for one in of.readings}
     for one in of.readings:
-        if one.name not in ("joint", "W 0.6"):  # 0.6 is the default
+        if one.name not in ("joint", "W0.6"):  # 0.6 is the default
             shared = points[one.name] & points["joint"]
             assert len(shared) < len(points[one.name]), one.name
-    assert points["W 0.6"] < points["joint"]
+    assert points["W0.6"] < points["joint"]
 
 
 def test_a_number_under_suspicion_of_a_misprint_does_not_decide() -> None:
@@ -44,13 +44,13 @@ def test_a_number_under_suspicion_of_a_misprint_does_not_decide() -> None:
 
 
 def test_parameters_that_a_scene_has_not_are_left_out() -> None:
-    of = read_readings("gilabert2007", chosen=["same Gaussian"])
+    of = read_readings("gilabert2007", chosen=["same-gaussian"])
     case = next(n.case for n in of.numbers if n.case.options["scene"] == "method1")
     assert of.readings[0].of(case).options == case.options
 
 
 def test_unknown_names_are_refused() -> None:
-    with pytest.raises(InputError, match=r"--readings X is not known in G07; there are: joint, W 0\.3"):
+    with pytest.raises(InputError, match=r"--readings X is not known in G07; there are: joint, W0\.3"):
         read_readings("gilabert2007", chosen=["X"])
     with pytest.raises(InputError, match="unknown paper"):
         read_readings("gilbert")
@@ -62,13 +62,13 @@ def test_chi_squares_add_up_over_the_numbers_that_are_there() -> None:
 
 
 def scanned(values: list[float], chi2: list[float], numbers: int = 1) -> list[Reading]:
-    return [Reading(f"W {v:g}", {"cell_mass": v}, "cell_mass", "", None) for v in values]
+    return [Reading(f"W{v:g}", {"cell_mass": v}, "cell_mass", "", None) for v in values]
 
 
 def test_scan_finds_the_minimum_of_a_parabola_and_its_interval() -> None:
     values, best, width = [0.3, 0.4, 0.5, 0.6, 0.8, 1.2], 0.55, 0.2
     chi2 = [5.0 + (np.log(v / best) / width) ** 2 for v in values]
-    sums = {f"W {v:g}": {"all": (c, 11)} for v, c in zip(values, chi2, strict=True)}
+    sums = {f"W{v:g}": {"all": (c, 11)} for v, c in zip(values, chi2, strict=True)}
     (fit,) = scans(scanned(values, chi2), sums)
     assert fit.best == pytest.approx(best) and fit.low == pytest.approx(best * np.exp(-width))  # chi^2/dof is below 1
     (wide,) = scans(scanned(values, chi2), {name: {"all": (c["all"][0] + 35.0, 11)} for name, c in sums.items()})
@@ -77,19 +77,19 @@ def test_scan_finds_the_minimum_of_a_parabola_and_its_interval() -> None:
 
 def test_scan_without_a_minimum_inside_or_with_numbers_missing_says_none() -> None:
     values = [0.3, 0.6, 1.2]
-    falling = {f"W {v:g}": {"all": (10.0 / v, 11)} for v in values}
+    falling = {f"W{v:g}": {"all": (10.0 / v, 11)} for v in values}
     (fit,) = scans(scanned(values, []), falling)
     assert fit.best is None and fit.values == values
-    (fit,) = scans(scanned(values, []), falling | {"W 0.6": {"all": (1.0, 10)}})
+    (fit,) = scans(scanned(values, []), falling | {"W0.6": {"all": (1.0, 10)}})
     assert fit.best is None and fit.values == [0.3, 1.2]
 
 
 def test_files_hold_every_line(tmp_path: Path) -> None:
-    of = read_readings("gilabert2007", chosen=["W 0.3", "W 0.6"])
-    found = [line("W 0.3", 1.0), replace(line("W 0.6", -2.0), at_rest=3)]
+    of = read_readings("gilabert2007", chosen=["W0.3", "W0.6"])
+    found = [line("W0.3", 1.0), replace(line("W0.6", -2.0), at_rest=3)]
     write_readings(tmp_path, of, found, {"command": "wf reproduce gilabert2007 --readings"})
     table = json.loads((tmp_path / "readings.json").read_text())
-    assert table["chi2"]["W 0.6"]["all"] == {"chi2": 4.0, "numbers": 1} and len(table["numbers"]) == 2
+    assert table["chi2"]["W0.6"]["all"] == {"chi2": 4.0, "numbers": 1} and len(table["numbers"]) == 2
     text = (tmp_path / "readings.md").read_text()
-    assert "| W 0.3 | 1.0 (1) | 1.0 (1) |" in text and "3 ± 0.01 (4, 1 not at rest)" in text
+    assert "| W0.3 | 1.0 (1) | 1.0 (1) |" in text and "3 ± 0.01 (4, 1 not at rest)" in text
     assert (tmp_path / "readings.csv").read_text().count("\n") == 3

@@ -24,7 +24,6 @@ from workflow.cli.sources import (
     frame_of,
     measures_from,
     name_of,
-    one_source,
     packing,
     parameters_of,
     sources_of,
@@ -77,9 +76,9 @@ def action(arguments: argparse.Namespace) -> int:
         return 0
     named = arguments.only.split(",") if arguments.only is not None else None
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed
-    if arguments.stages:
-        return _stages(one_source(arguments), arguments, named)
     sources = sources_of(arguments)
+    if arguments.stages:
+        return _stages(sources, arguments, named)
     measures = [measures_from(source, arguments, named) for source in sources]
     if len(sources) == 1:
         _show(measures[0], _text(measures[0], sources[0], named=named is not None), arguments)
@@ -139,10 +138,11 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def _stages(source: Source, arguments: argparse.Namespace, named: list[str] | None) -> int:
+def _stages(sources: Sequence[Source], arguments: argparse.Namespace, named: list[str] | None) -> int:
     """One row, or with --json one entry, for the last frame of each stage."""
-    if not isinstance(source, Path):
-        raise InputError(f"--stages is not allowed with '{name_of(source)}': give one run directory")
+    source, *others = sources
+    if others or not isinstance(source, Path):
+        raise InputError(f"--stages is not allowed with '{name_of(others[0] if others else source)}': give one run directory")
     directory = archived(RunDirectory.open(source))
     packing(directory)
     with Archive(directory / ARCHIVE) as archive:

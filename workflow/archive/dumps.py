@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
-from workflow.archive.drafts import PathLike
+from workflow.archive.drafts import PathLike, open_plain
 from workflow.errors import ArchiveError
 
 CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
@@ -24,6 +24,7 @@ TRACK_COLUMNS = ("id", "x", "y")
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
 ROWS = 65536  # lines of a table that are in memory as text at one time
 MOST_DIGITS = 18  # of a whole number that fits 64 bits
+TURNING = (3, 4, 10, 12)  # columns of a contact that change their sign when i and j are exchanged
 CONTACT_COLUMNS = 15  # id_i id_j state bx by gap elastic viscous attraction tangential moment du dtheta sliding rolling
 
 
@@ -173,7 +174,7 @@ def read_blocks(path: PathLike, kind: str, *, foreign: bool = False) -> Iterator
 
 def _open(path: PathLike) -> BinaryIO:
     try:
-        return open(path, "rb")
+        return open_plain(path)
     except OSError as error:
         raise ArchiveError(f"cannot read '{path}': {error.strerror}; check the path and that the run started") from None
 
@@ -271,7 +272,7 @@ def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
     table = block.table[block.table[:, 2] != 0]
     swap = table[:, 0] > table[:, 1]
     table[swap, :2] = table[swap, 1::-1]
-    table[np.ix_(swap, (3, 4, 10, 12))] *= -1.0
+    table[np.ix_(swap, TURNING)] *= -1.0
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     where = f"{path}, step {block.step}"
     i, j = (rows_of(whole(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))

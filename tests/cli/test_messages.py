@@ -193,7 +193,7 @@ def test_doctor_finds_nothing_wrong(wf: Wf) -> None:
     done = wf("doctor")
     assert done.returncode == 0, done.stdout
     assert "FAIL" not in done.stdout
-    assert done.stdout.count("ok  ") == 3
+    assert done.stdout.count("ok  ") == 5
 
 
 def cut(size: int) -> Callable[[Path], None]:

@@ -15,8 +15,10 @@ import pytest
 from wf_process import QUICK, Wf, record, steps
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import confirmed, cut_back, damaged, newest, step_of
+from workflow.engine.checkpoint import confirmed, damaged, newest, step_of
 from workflow.engine.environment import engine
+from workflow.engine.parts import Parts
+from workflow.engine.rundir import RunDirectory
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
 STABLE_KEYS = {
@@ -120,13 +122,22 @@ def test_plain_lmp_runs_the_same_deck(packing: Path, wf: Wf, tmp_path: Path) -> 
 
 def test_measure_follows_results_that_are_newer_than_the_archive(wf: Wf, copy: Path) -> None:
     """The deck was run by hand in two parts with a look at it in between."""
-    full = {name: (copy / name).read_bytes() for name in RESULTS}
+    full = {name: (copy / name).read_bytes() for name in (*RESULTS, "log.lammps")}
     (copy / "run.h5").unlink()
+    (copy / "log.lammps").unlink()
+    RunDirectory(copy).record(status="prepared")
     cut_back(copy, 1)
     assert json.loads(wf("measure", "copy", "--json").stdout)["step"] == 0
     for name, content in full.items():
         (copy / name).write_bytes(content)
     assert json.loads(wf("measure", "copy", "--json").stdout)["step"] == steps_of_archive(full["grains.dump"])
+
+
+def cut_back(folder: Path, step: int) -> None:
+    """Leave what a checkpoint of ``step`` goes on from."""
+    parts = Parts(folder)
+    parts.extents(step)
+    parts.cut()
 
 
 def steps_of_archive(dump: bytes) -> int:
@@ -206,7 +217,7 @@ def test_engine_error_is_passed_on_and_what_was_written_stays(ranks: int, wf: Wf
     deck = (bad / "deck.in").read_text()
     assert deck.count("run ${last} upto\n") == 2
     (bad / "deck.in").write_text(deck.replace("run ${last} upto\n", "run 1000\nrun nonsense\n", 1))
-    done = wf("resume", "bad", "--ranks", ranks)
+    done = wf("resume", "bad", "--any-deck", "--ranks", ranks)
     assert done.returncode == 1
     assert "'bad'" in done.stderr
     assert done.stderr.count("Expected integer parameter instead of 'nonsense'") == 1
@@ -226,7 +237,7 @@ def test_overlapping_start_is_refused_by_the_engine_not_by_a_crash(wf: Wf, tmp_p
     first = next(k for k, line in enumerate(lines) if line.startswith("1 1 "))
     lines[first] = " ".join([*lines[first].split()[:4], *lines[first + 1].split()[4:]])
     data.write_text("\n".join(lines) + "\n")
-    done = wf("resume", "bad")
+    done = wf("resume", "bad", "--any-deck")
     assert done.returncode in (0, 1)
     assert done.returncode == 0 or "ERROR" in done.stderr
     assert "signal" not in done.stderr

@@ -15,6 +15,7 @@ from wf_process import SLOW, Running, Wf, kill, record
 from workflow.archive.dumps import read_frames
 from workflow.archive.read import Archive
 from workflow.cli.main import main
+from workflow.engine.rundir import RunDirectory
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
 # Takes the place of the C library's clock of the day: every look at it is a day before or after the last one.  Not in the
@@ -88,7 +89,10 @@ def test_a_clock_that_jumps_changes_nothing(jumping: str, packing: Path, wf: Wf,
 
 @pytest.mark.parametrize("days", [-2, 2])
 def test_the_archive_follows_the_dumps_whatever_their_times(days: int, copy: Path) -> None:
-    """A part that was run after the clock was set back is not overlooked; one from the future is not read twice."""
+    """A part that was run after the clock was set back is not overlooked; one from the future is not read twice.
+
+    Dumps that hold less than the archive never replace it.
+    """
     archive, then = copy / "run.h5", (copy / "run.h5").stat().st_mtime + 86400 * days
     before = archive.stat().st_mtime_ns
     whole = {name: (copy / name).read_bytes() for name in RESULTS}
@@ -105,7 +109,18 @@ def test_the_archive_follows_the_dumps_whatever_their_times(days: int, copy: Pat
     count = frames(whole)
     assert archive.stat().st_mtime_ns == before, "made again for nothing"
     shorter = {name: whole[name][: whole[name].rindex(b"ITEM: TIME\n")] for name in RESULTS[1:]}
+    for name, content in shorter.items():
+        (copy / name).write_bytes(content)
+    assert main(["measure", str(copy)]) == 0
+    with Archive(archive) as found:
+        assert len(found) == count
+    log = copy / "log.lammps"
+    text = log.read_text()
+    archive.unlink()
+    RunDirectory(copy).record(status="prepared")  # a deck that was run by hand, in two parts with a look between them
+    log.unlink()
     assert frames(shorter) == count - 1
+    log.write_text(text)
     assert frames(whole) == count
 
 

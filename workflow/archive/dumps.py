@@ -17,7 +17,7 @@ import numpy as np
 
 from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
 from workflow.archive import text
-from workflow.archive.drafts import PathLike
+from workflow.archive.drafts import PathLike, open_plain
 from workflow.archive.text import numbers_in, numeric
 from workflow.errors import ArchiveError
 
@@ -28,6 +28,7 @@ MOST_DIGITS = 18  # of a whole number that fits 64 bits
 # of a contact dump; the decks up to version 0.2 left them numbered, c_pairs[1] to c_pairs[15]
 CONTACT_COLUMNS = ("id_i", "id_j", "state", "bx", "by", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "du",
                    "dtheta", "sliding", "rolling")  # fmt: skip
+TURNING = (3, 4, 10, 12)  # columns of a contact that change their sign when i and j are exchanged
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
 
 def _open(path: PathLike) -> BinaryIO:
     try:
-        return open(path, "rb")
+        return open_plain(path)
     except OSError as error:
         raise ArchiveError(f"cannot read '{path}': {error.strerror}; check the path and that the run started") from None
 
@@ -248,7 +249,7 @@ def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
     table = table[table[:, 2] != 0]
     swap = table[:, 0] > table[:, 1]
     table[swap, :2] = table[swap, 1::-1]
-    table[np.ix_(swap, (3, 4, 10, 12))] *= -1.0
+    table[np.ix_(swap, TURNING)] *= -1.0
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     where = f"{path}, step {block.step}"
     i, j = (rows_of(whole(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))

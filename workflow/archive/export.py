@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workflow.analysis.frame import Contacts, Floats, Frame, plain_rows
+from workflow.archive.cells import cells
 from workflow.archive.drafts import replacing
 from workflow.archive.vtk import write_collection, write_polydata
 from workflow.errors import EnvironmentFault, InputError
@@ -109,7 +110,7 @@ def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
             for name, columns in tables(frame).items():
                 if not number:
                     writers[name].writerow(columns)
-                writers[name].writerows(plain_rows(*columns.values()))
+                writers[name].writerows(map(cells, plain_rows(*columns.values())))
     return list(paths.values())
 
 

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     import MDAnalysis
 
 # what h5py raises, and NumPy on what it returns, when a file is damaged or is not what it claims to be
-DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError, MemoryError)
+FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}  # those of `write_archive`
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError, MemoryError,
+          SystemError)  # fmt: skip
 
 
 class Archive:
@@ -70,6 +72,9 @@ class Archive:
 
     def _misfit(self) -> str | None:
         """What is not as the layout says, None if all is."""
+        odd = self._leads_out()
+        if odd:
+            return f"'{odd}' is kept elsewhere (a link, raw or virtual storage, a filter), which is not followed"
         for name in ("h5md", layout.PROVENANCE):
             if name not in self._file:
                 return f"'{name}' is missing"
@@ -86,6 +91,21 @@ class Archive:
                 if length != (wanted if isinstance(wanted, int) else sizes.setdefault(wanted, length)):
                     return f"'{name}' has the shape {found.shape}, which does not fit the others"
         return None
+
+    def _leads_out(self) -> str | None:
+        """Name of the first thing whose bytes are not in this file, or need other code to be read; None if all are."""
+        links: list[tuple[bytes, int, int]] = []
+        self._file.id.links.visit(lambda name, link: links.append((name, link.type, link.u)), info=True)
+        places = {place: name for name, kind, place in links if kind == h5py.h5l.TYPE_HARD}
+        odd = [name for name, kind, _ in links if kind != h5py.h5l.TYPE_HARD]
+        for name in places.values():
+            found = h5py.h5o.open(self._file.id, name)
+            if isinstance(found, h5py.h5d.DatasetID):
+                made = found.get_create_plist()
+                filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
+                if made.get_external_count() or made.get_layout() == h5py.h5d.VIRTUAL or not filters <= FILTERS:
+                    odd.append(name)
+        return odd[0].decode(errors="replace") if odd else None
 
     def __enter__(self) -> Archive:
         return self

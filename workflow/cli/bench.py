@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -13,9 +12,10 @@ from typing import Any, TypeVar
 
 from workflow.archive.read import Archive
 from workflow.cli.options import command, whole_number
+from workflow.cli.run import add_oversubscribe
 from workflow.cli.sources import archived
 from workflow.engine.collect import ARCHIVE
-from workflow.engine.environment import engine
+from workflow.engine.environment import check_room, engine
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.scene.heap import Heap
@@ -50,6 +50,7 @@ def declare(commands: Any) -> None:
         ("--ranks", "R", "numbers of MPI ranks (default 1)"),
     ):
         parser.add_argument(flag, nargs="+", action="extend", metavar=sign, help=text)
+    add_oversubscribe(parser)
     parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
     parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
     parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
@@ -63,6 +64,7 @@ def action(arguments: argparse.Namespace) -> int:
     ranks = listed("--ranks", arguments.ranks or ["1"], positive)
     if 1 not in ranks and not set(engines) - set(PROGRAMS):
         raise InputError(f"{' and '.join(engines)} are timed on one rank only; give --ranks 1 too, or another engine")
+    check_room(max(ranks), oversubscribe=arguments.oversubscribe)
     for name in ("rounds", "steps"):
         if getattr(arguments, name) is not None:
             positive(str(getattr(arguments, name)), f"--{name}")
@@ -72,9 +74,6 @@ def action(arguments: argparse.Namespace) -> int:
     engine()
     for name in missing(engines):
         print(f"{name} not installed: apt-get install {name}", file=sys.stderr)
-    cores = len(os.sched_getaffinity(0))
-    if max(ranks) > cores:
-        print(f"{max(ranks)} ranks on {cores} cores wait for each other: their times say nothing", file=sys.stderr)
     timings = bench(states, engines, ranks=ranks, rounds=arguments.rounds, steps=arguments.steps,
                     switches=arguments.switches, common=common)  # fmt: skip
     if arguments.csv:

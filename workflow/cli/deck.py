@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -69,9 +70,8 @@ def action(arguments: argparse.Namespace) -> int:
         if profile:
             print(f"\n# {JOB}, {profile.cluster.submit}:\n\n{job_script(profile, job_name(scene))}", end="")
         return 0
-    directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
-    if profile:
-        make_portable(directory, profile)
+    also = None if profile is None else partial(make_portable, profile=profile)
+    directory = RunDirectory.create(arguments.out or default_directory(scene), scene, also)
     words = profile.cluster.submit if profile else f"lmp -in {DECK}"
     print(f"run it with: cd {shlex.quote(str(directory.path))} && {words}", file=sys.stderr)
     print(directory / DECK)

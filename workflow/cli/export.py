@@ -40,6 +40,8 @@ def action(arguments: argparse.Namespace) -> int:
         if name not in FORMATS:
             raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
     out = arguments.out or folder_of(source) / "export"
+    if arguments.out is None and out.is_symlink():
+        raise InputError(f"'{out}' is a symbolic link, which leads out of the run directory; name the place with --out DIR")
     out.mkdir(parents=True, exist_ok=True)
     for number, name in enumerate(names):
         for path in FORMATS[name].write(frames_of(source, arguments, notes=number == 0), out):

@@ -15,7 +15,7 @@ from workflow.analysis.samples import pool
 from workflow.archive.read import Archive
 from workflow.cli.dumps import options_of
 from workflow.cli.inspect import columns_of
-from workflow.cli.options import command
+from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import summary
 from workflow.cli.sources import (
     Source,
@@ -60,6 +60,7 @@ def declare(commands: Any) -> None:
     parser.add_argument(
         "--columns-of", type=Path, metavar="FILE", help="show what a dump holds and how it is read; measure nothing"
     )
+    add_any_deck(parser)
 
 
 def _table() -> str:
@@ -76,6 +77,10 @@ def action(arguments: argparse.Namespace) -> int:
         return 0
     named = arguments.only.split(",") if arguments.only is not None else None
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed
+    if arguments.any_deck:
+        for source in arguments.source:
+            if source.is_dir():
+                archived(RunDirectory.open(source), any_deck=True)
     sources = sources_of(arguments)
     if arguments.stages:
         return _stages(sources, arguments, named)

@@ -28,6 +28,12 @@ def command(commands: Any, name: str, summary: str, examples: str, *, action: An
     return parser
 
 
+def add_any_deck(parser: argparse.ArgumentParser) -> None:
+    """What commands that compare a run with its record share."""
+    parser.add_argument("--any-deck", action="store_true",
+                        help="accept what is not as the record of the run says, and note it in run.json")  # fmt: skip
+
+
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """The scene: a name with options, or a TOML file, or a file with options on top."""
     parser.usage = f"{parser.prog} SCENE [--out DIR] [options]"

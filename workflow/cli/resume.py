@@ -7,13 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.options import command
+from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import add_run_options, check_ranks, finish
 from workflow.engine.rundir import RunDirectory
 
 EXAMPLES = """
 wf resume runs/method1-130aae48            continue from the newest checkpoint
 wf resume runs/method1-130aae48 --ranks 2  the same on two MPI ranks
+wf resume runs/method1-130aae48 --any-deck  although deck or scene were changed, or another version began it
 """
 
 
@@ -22,6 +23,8 @@ def declare(commands: Any) -> None:
     parser = command(commands, "resume", "continue an interrupted run from its newest checkpoint", EXAMPLES, action=action)
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
     add_run_options(parser, ranks=None)
+    add_any_deck(parser)
+    parser.add_argument("--anew", action="store_true", help="begin again if what every checkpoint needs is lost or damaged")
 
 
 def action(arguments: argparse.Namespace) -> int:
@@ -35,4 +38,4 @@ def action(arguments: argparse.Namespace) -> int:
             f"on {arguments.ranks} ranks instead of {before}: rounding differs, so the run does not repeat bit for bit",
             file=sys.stderr,
         )
-    return finish(directory, arguments, resume=True)
+    return finish(directory, arguments, resume=True, any_deck=arguments.any_deck, anew=arguments.anew)

@@ -11,10 +11,9 @@ from typing import Any
 
 from workflow.cli.options import add_scene, command, scene_of
 from workflow.engine.collect import stored_measures
-from workflow.engine.environment import engine
+from workflow.engine.environment import check_room, engine
 from workflow.engine.launch import run
 from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
-from workflow.errors import InputError
 from workflow.scene.heap import Heap
 from workflow.scene.method2 import Method2
 
@@ -43,6 +42,7 @@ def add_run_options(parser: argparse.ArgumentParser, ranks: int | None = 1) -> N
     """What run and resume share; ``ranks``: default, None for those of the run."""
     text = "MPI ranks (default 1)" if ranks else "MPI ranks (default: those of the run)"
     parser.add_argument("--ranks", type=int, default=ranks, metavar="R", help=text)
+    add_oversubscribe(parser)
     parser.add_argument("--json", action="store_true", help="print the measures as JSON")
 
 
@@ -67,15 +67,21 @@ def action(arguments: argparse.Namespace) -> int:
     return finish(directory, arguments, resume=False)
 
 
+def add_oversubscribe(parser: argparse.ArgumentParser) -> None:
+    """What commands that start ranks on this machine share."""
+    parser.add_argument("--oversubscribe", action="store_true", help="allow more ranks than this machine has cores")
+
+
 def check_ranks(arguments: argparse.Namespace) -> None:
     """Before anything is written."""
-    if arguments.ranks < 1:
-        raise InputError(f"--ranks {arguments.ranks} is not allowed: it must be at least 1")
+    check_room(arguments.ranks, oversubscribe=arguments.oversubscribe)
 
 
-def finish(directory: RunDirectory, arguments: argparse.Namespace, *, resume: bool) -> int:
+def finish(
+    directory: RunDirectory, arguments: argparse.Namespace, *, resume: bool, any_deck: bool = False, anew: bool = False
+) -> int:
     """Run or continue, then show the result."""
-    status = run(directory, ranks=arguments.ranks, resume=resume)
+    status = run(directory, ranks=arguments.ranks, resume=resume, any_deck=any_deck, anew=anew)
     if status == INTERRUPTED:
         print(f"wf: interrupted; continue with 'wf resume {shlex.quote(str(directory.path))}'", file=sys.stderr)
         return 130

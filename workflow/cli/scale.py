@@ -11,7 +11,8 @@ from typing import Any
 
 from workflow.cli.bench import grains, listed, one_of, positive
 from workflow.cli.options import command, whole_number
-from workflow.engine.environment import engine
+from workflow.cli.run import add_oversubscribe
+from workflow.engine.environment import check_room, engine
 from workflow.errors import InputError
 from workflow.study.scale import STATES, Estimate, Stage, estimate, scale
 from workflow.study.table import write_csv
@@ -30,6 +31,7 @@ def declare(commands: Any) -> None:
     parser.add_argument("--n", default="1e5", metavar="N,...", help="numbers of grains (default 1e5)")
     parser.add_argument("--state", default=",".join(STATES), metavar="S,...", help="states (default %(default)s)")
     parser.add_argument("--ranks", default="1,2", metavar="R,...", help="numbers of MPI ranks (default 1,2)")
+    add_oversubscribe(parser)
     parser.add_argument("--steps", type=int, default=1000, metavar="K", help="steps of each run (default 1000)")
     parser.add_argument("--out", type=Path, default=Path("scale"), metavar="DIR", help="where to work (default scale)")
     parser.add_argument("--for", dest="wanted", type=whole_number, metavar="N", help="estimate for so many grains")
@@ -47,6 +49,7 @@ def action(arguments: argparse.Namespace) -> int:
         raise InputError("--steps, --for, --over and --bandwidth must be above 0")
     if 1 not in ranks:
         raise InputError(f"--ranks {arguments.ranks} is not allowed: give 1 too, from which the others are judged")
+    check_room(max(ranks), oversubscribe=arguments.oversubscribe)
     engine()
     if arguments.out.exists() and (not arguments.out.is_dir() or any(arguments.out.iterdir())):
         raise InputError(f"'{arguments.out}' exists and is not empty; nothing was changed. Give another --out DIR")

@@ -15,9 +15,10 @@ from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files, gathered
 from workflow.cli.dumps import frame_of_dump, measures_of_dump, options_of, reading_of
-from workflow.engine.collect import ARCHIVE, collect, constants_of, dump_sizes, measures_of
-from workflow.engine.rundir import FINISHED, RunDirectory
-from workflow.errors import ArchiveError, InputError
+from workflow.engine.archived import archived
+from workflow.engine.collect import ARCHIVE, constants_of, measures_of
+from workflow.engine.rundir import RunDirectory
+from workflow.errors import InputError
 from workflow.scene.heap import Heap
 from workflow.scene.presets import Packed
 
@@ -100,29 +101,6 @@ def name_of(source: Source) -> str:
 def folder_of(source: Source) -> Path:
     """Where to write what is made of a source."""
     return source if isinstance(source, Path) else source.grains[0].parent
-
-
-def archived(directory: RunDirectory) -> RunDirectory:
-    """The directory with its archive, made now if the deck was run by hand."""
-    dump = directory / "grains.dump"
-    if not _up_to_date(directory):
-        if not dump.is_file():
-            raise ArchiveError(f"'{directory.path}' has no results yet; run its deck, or 'wf resume {directory.path}'")
-        collect(directory)
-        result = directory.result()
-        if result and not result["stopped"]:  # the deck came to its end; a killed run stays one to resume
-            directory.record(status=FINISHED, reason=None)
-    return directory
-
-
-def _up_to_date(directory: RunDirectory) -> bool:
-    """The archive was made from the dumps as they are: by their sizes, since clocks may jump between two parts of a run."""
-    if not (directory / ARCHIVE).is_file():
-        return False
-    if not (directory / "grains.dump").is_file():
-        return True
-    with Archive(directory / ARCHIVE) as archive:
-        return archive.provenance.get("sizes") == dump_sizes(directory)
 
 
 def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Constants]:

@@ -10,8 +10,9 @@ from typing import Any
 
 from workflow.cli.deck import add_cluster, job_of
 from workflow.cli.options import command
+from workflow.cli.run import add_oversubscribe
 from workflow.deck.schedulers import Profile
-from workflow.engine.environment import engine
+from workflow.engine.environment import check_room, engine
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, Study, remaining
 from workflow.study.jobs import Outcome, compute, duration
@@ -56,9 +57,10 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adopt", type=Path, action="append", default=[], metavar="DIR",
                         help="link finished runs of the same scenes found there (repeatable)")  # fmt: skip
     parser.add_argument("--any-deck", action="store_true",
-                        help="adopt also runs whose deck another version made of the scene")  # fmt: skip
+                        help="adopt and continue also runs whose deck another version made of the scene")  # fmt: skip
     parser.add_argument("--dry-run", action="store_true", help="say what would be computed; write nothing")
     parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
+    add_oversubscribe(parser)
     add_cluster(parser)
 
 
@@ -106,9 +108,12 @@ def send(study: Study, profile: Profile, arguments: argparse.Namespace) -> int:
 
 def carry_out(study: Study, arguments: argparse.Namespace, *, ranks: int | None = None) -> Outcome:
     """Write down the study, adopt what is there, compute the rest."""
+    check_room(ranks or 1, oversubscribe=arguments.oversubscribe)
     engine()
     declare_and_adopt(study, arguments)
-    outcome = compute(study, jobs=arguments.jobs or 1, ranks=ranks, retry=arguments.retry)
+    options = [name for name in ("--any-deck", "--oversubscribe") if getattr(arguments, name[2:].replace("-", "_"))]
+    options += ["--anew"] if arguments.retry else []
+    outcome = compute(study, jobs=arguments.jobs or 1, ranks=ranks, retry=arguments.retry, options=options)
     if outcome.elsewhere:
         print(f"{outcome.elsewhere} points are left to another wf that works on them", file=sys.stderr)
     if outcome.interrupted:

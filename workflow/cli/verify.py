@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.options import command
-from workflow.cli.run import check_ranks
+from workflow.cli.options import add_any_deck, command
+from workflow.cli.run import add_oversubscribe, check_ranks
 from workflow.engine.rundir import RunDirectory
 from workflow.engine.verify import summary, verify
 
@@ -27,13 +27,15 @@ def declare(commands: Any) -> None:
     parser.add_argument("--last", action="store_true", help="only from the last checkpoint to the end")
     parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks (default: those of the run)")
     parser.add_argument("--json", action="store_true", help="print JSON")
+    add_oversubscribe(parser)
+    add_any_deck(parser)
 
 
 def action(arguments: argparse.Namespace) -> int:
     """Repeat, compare, tell."""
     directory = RunDirectory.open(arguments.directory)
-    if arguments.ranks is not None:
-        check_ranks(arguments)
-    verdict = verify(directory, last=arguments.last, ranks=arguments.ranks)
+    arguments.ranks = arguments.ranks or directory.state.get("ranks", 1)
+    check_ranks(arguments)
+    verdict = verify(directory, last=arguments.last, ranks=arguments.ranks, any_deck=arguments.any_deck)
     print(json.dumps(verdict.as_dict(), indent=1) if arguments.json else summary(verdict))
     return 0 if verdict.reproduced else 1

@@ -34,11 +34,14 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@+-]*")
 _MODULE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+/-]*")
 # one option with at most one value: a letter or a long name, then = or one blank, then a word without quotes, $, ; and the like
 _DIRECTIVE = re.compile(r"-(-[A-Za-z][A-Za-z0-9-]*|[A-Za-z])([= ][A-Za-z0-9_.,:/@%+=*\[\]-]+)?")
-_OURS = {
-    "slurm": {"job-name", "J", "ntasks", "n", "time", "t", "account", "A", "partition", "p", "output", "o", "requeue",
-              "no-requeue", "open-mode", "array", "a", "signal", "chdir", "D", "wrap", "cpus-per-task", "c", "dependency", "d"},
-    "pbs": {"N", "A", "q", "j", "r", "J"},
-    "lsf": {"J", "n", "W", "P", "q", "o", "r"},
+# what a profile may add, in full names: resources and priorities, nothing that names a file, a shell, a folder or a variable
+_ALLOWED = {
+    "slurm": {"begin", "clusters", "M", "comment", "constraint", "C", "contiguous", "cores-per-socket", "cpu-freq", "exclude",
+              "x", "exclusive", "gpus", "G", "gres", "hint", "licenses", "L", "mail-type", "mail-user", "mem", "mem-bind",
+              "mem-per-cpu", "mincpus", "nice", "nodelist", "w", "ntasks-per-core", "ntasks-per-node", "ntasks-per-socket",
+              "priority", "qos", "q", "reservation", "sockets-per-node", "switches", "threads-per-core", "tmp"},
+    "pbs": {"a", "l", "m", "M", "P", "p"},
+    "lsf": {"B", "G", "M", "N", "R", "U", "b", "m", "u", "x"},
 }  # fmt: skip
 
 
@@ -108,8 +111,10 @@ class Profile:
             for value in values:
                 _matching(name, value, pattern, words)
         for directive in self.directives:
-            if re.split("[= ]", directive.lstrip("-"))[0] in _OURS[self.scheduler]:
-                raise InputError(f"directives: '{directive}' is not allowed: the job sets that itself, from other fields")
+            dashes, name = re.match("(-+)([^= ]*)", directive).groups()  # type: ignore[union-attr]
+            if name not in _ALLOWED[self.scheduler] or (len(dashes) == 1) != (len(name) == 1):
+                known = ", ".join(sorted(("-" if len(word) == 1 else "--") + word for word in _ALLOWED[self.scheduler]))
+                raise InputError(f"directives: '{directive}' is not allowed; a profile may add, by their full names: {known}")
         for name in ("launcher", "lmp", "lammps_include", "compiler"):
             value = getattr(self, name)
             if not isinstance(value, str) or not value.isprintable():

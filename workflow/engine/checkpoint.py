@@ -1,19 +1,21 @@
-"""Checkpoints: LAMMPS restart files checkpoint.STAGE.a and .b with their seals, and cutting a run's files back to one."""
+"""Checkpoints: LAMMPS restart files checkpoint.STAGE.a and .b, and their seals."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+import re
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from workflow.archive.drafts import replacing
-from workflow.archive.dumps import read_blocks, read_series
+from workflow.archive.drafts import read_plain, regular, replacing
+from workflow.engine.parts import Extent, Parts
 
-DUMPS = {"grains.dump": "ATOMS", "contacts.dump": "ENTRIES", "tracks.dump": "ATOMS"}
+ACCOUNT, ACCOUNTED = "account.in", 2  # what the drag took so far, written when this stage ends
+_NAME = re.compile(r"checkpoint\.[1-9][0-9]{0,2}\.[ab]")
 _MAGIC = b"LammpS RestartT\0"
 # record flags at the head of a restart file
 _VERSION, _SMALLINT, _TAGINT, _BIGINT, _UNITS, _NTIMESTEP = range(6)
@@ -30,29 +32,44 @@ class Checkpoint:
 
 
 class Seals:
-    """Writes beside every complete checkpoint of ``folder`` what it must hold: step, size, SHA-256 (checkpoint.1.a.json).
+    """Writes beside every complete checkpoint of ``folder`` what it must hold: step, size, SHA-256 (checkpoint.1.a.json), and
+    ``parts``, size and SHA-256 of what series, dumps and notes of the deck held by then.
 
     The engine writes to two files in turn, so that one is whole while the other is written; a seal is written, after the
     checkpoint and what belongs to it have reached the disk, as a whole or not at all.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder, self.parts = folder, Parts(folder)
         self.seen: dict[Path, tuple[int, int]] = {}
 
     def look(self) -> None:
-        """Seal what is new.  Raises ArchiveError if the disk is full."""
-        for path in _files(self.folder):
-            state = _state(path)
-            if state != self.seen.get(path) and _complete(path):
-                entry = {"step": step_of(path), "size": state[1], "sha256": _hash(path)}
-                if _state(path) != state:
-                    continue  # the engine has begun to write the next one
-                for file in (path, *(self.folder / name for name in ("series.txt", *DUMPS))):
-                    _sync(file)
-                with replacing(_seal(path)) as draft:
-                    draft.write_text(json.dumps(entry) + "\n", encoding="ascii")
-                self.seen[path] = state
+        """Seal what is new.  Raises ArchiveError if the disk is full, or something is missing in what belongs to it."""
+        fresh = [path for path in _files(self.folder) if _state(path) != self.seen.get(path) and _complete(path)]
+        for path in sorted(fresh, key=lambda path: (step_of(path) or 0, _stage(path))):
+            self._seal(path)
+
+    def _seal(self, path: Path) -> None:
+        state, step = _state(path), step_of(path)
+        if step is None:
+            return
+        if _fits(path) is None:  # else it was sealed before this Seals was made
+            entry = {"step": step, "size": state[1], "sha256": _hash(path)}
+            if _state(path) != state:
+                return  # the engine has begun to write the next one
+            names = notes(self.folder, _stage(path))
+            parts = self.parts.sealable(step) | {name: extent(self.folder / name) for name in names}
+            for file in (path, *(self.folder / name for name in parts)):
+                _sync(file)
+            with replacing(_seal(path)) as draft:
+                draft.write_text(json.dumps({**entry, "parts": parts}) + "\n", encoding="ascii")
+        self.seen[path] = state
+
+
+def notes(folder: Path, stage: int) -> list[str]:
+    """What the deck wrote down for itself before a checkpoint of ``stage``, and reads when it resumes."""
+    stages = [f"stage.{number}.in" for number in range(1, stage + 1)]
+    return [name for name in (*stages, *([ACCOUNT] if stage > ACCOUNTED else [])) if (folder / name).is_file()]
 
 
 def newest(folder: Path) -> Checkpoint | None:
@@ -63,10 +80,15 @@ def newest(folder: Path) -> Checkpoint | None:
     to stop are left out: they were not part of its course, so what continues from them would not be, bit for bit, the run
     without the stop.
     """
-    whole = [path for path in _files(folder) if _complete(path) and not _contradicted(path)]
-    found = [Checkpoint(path, int(path.name.split(".")[1]), step_of(path) or 0) for path in whole]
+    found = whole(folder)
     sealed = [one for one in found if confirmed(one.path)]
     return max(sealed or found, key=lambda c: (c.step, c.stage), default=None)
+
+
+def whole(folder: Path) -> list[Checkpoint]:
+    """Whole checkpoints that no seal contradicts."""
+    paths = [path for path in _files(folder) if _complete(path) and not _contradicted(path)]
+    return [Checkpoint(path, _stage(path), step_of(path) or 0) for path in paths]
 
 
 def damaged(folder: Path) -> list[Path]:
@@ -86,17 +108,31 @@ def _contradicted(path: Path) -> bool:
 
 def _fits(path: Path) -> bool | None:
     """Whether the file is what its seal says; None if there is no seal of its step."""
-    try:
-        entry = json.loads(_seal(path).read_text(encoding="ascii"))
-        if entry["step"] != step_of(path):
-            return None
-        return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    entry = seal_of(path)
+    if not entry or entry["step"] != step_of(path):
         return None
+    return bool(entry["size"] == path.stat().st_size and entry["sha256"] == _hash(path))
+
+
+def seal_of(path: Path) -> dict[str, Any]:
+    """The seal of a checkpoint, {} if it has none that can be read."""
+    try:
+        entry = json.loads(read_plain(_seal(path)))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    parts = entry.get("parts", {}) if isinstance(entry, dict) else None
+    sound = isinstance(parts, dict) and {"step", "size", "sha256"} <= entry.keys() and all(
+        isinstance(extent, list) and len(extent) == 2 for extent in parts.values()
+    )  # fmt: skip
+    return entry if sound else {}
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.glob("checkpoint.[0-9]*.[ab]"))
+    return sorted(path for path in folder.glob("checkpoint.*.[ab]") if _NAME.fullmatch(path.name) and regular(path))
+
+
+def _stage(path: Path) -> int:
+    return int(path.name.split(".")[1])
 
 
 def _seal(path: Path) -> Path:
@@ -106,6 +142,10 @@ def _seal(path: Path) -> Path:
 def _state(path: Path) -> tuple[int, int]:
     state = path.stat()
     return state.st_mtime_ns, state.st_size
+
+
+def extent(path: Path) -> Extent:
+    return (path.stat().st_size, _hash(path)) if regular(path) else (0, "")
 
 
 def _hash(path: Path) -> str:
@@ -153,57 +193,13 @@ def step_of(path: Path) -> int | None:
 
 
 def drop_later(folder: Path, chosen: Checkpoint | None) -> None:
-    """Remove checkpoints of a course that ends here: those beyond ``chosen``, the one to continue from (None: all).
+    """Remove checkpoints of a course that ends here, those beyond ``chosen``, the one to continue from (None: all), and damaged
+    ones.
 
     Were they left, a run that is killed once more could continue from one of them, past rows and frames it never wrote.
     """
     for path in _files(folder):
-        if chosen is None or (step_of(path) or 0) > chosen.step or int(path.name.split(".")[1]) > chosen.stage:
+        beyond = chosen is None or (step_of(path) or 0) > chosen.step or _stage(path) > chosen.stage
+        if beyond or not _complete(path) or _contradicted(path):
             path.unlink()
             _seal(path).unlink(missing_ok=True)
-
-
-def cut_back(folder: Path, step: int) -> None:
-    """Drop rows of the series beyond the checkpoint of ``step`` in ``folder``, and frames at or beyond it: the resumed run
-    writes those again."""
-    _rewrite_series(folder, lambda line: line.endswith("\n") and int(line.split()[0]) <= step)
-    for name, kind in DUMPS.items():
-        if (folder / name).is_file():
-            _cut_dump(folder / name, kind, step)
-
-
-def drop_repeats(folder: Path) -> None:
-    """Leave the first title of the series and the first row of a step: a resumed engine writes title and row once more."""
-    written = set[tuple[str, str]]()
-
-    def first(line: str) -> bool:
-        step, _, stage, *_ = line.split()
-        new = (step, stage) not in written
-        written.add((step, stage))
-        return new
-
-    _rewrite_series(folder, first)
-
-
-def _rewrite_series(folder: Path, keep: Callable[[str], bool]) -> None:
-    series = folder / "series.txt"
-    if not series.is_file():
-        return
-    lines = series.read_text(encoding="ascii", errors="surrogateescape").splitlines(keepends=True)
-    if lines:
-        read_series(series)  # says where it is damaged
-    kept = [line for k, line in enumerate(lines) if (k == 0 if line.startswith("#") else keep(line))]
-    if kept != lines:
-        with replacing(series) as draft:
-            draft.write_text("".join(kept), encoding="ascii", errors="surrogateescape")
-
-
-def _cut_dump(path: Path, kind: str, step: int) -> None:
-    end = 0
-    for block in read_blocks(path, kind):
-        if block.step >= step:
-            break
-        end = block.line + len(block.table)
-    with replacing(path) as draft, open(path, "rb") as old, open(draft, "wb") as new:
-        for _ in range(end):
-            new.write(old.readline())

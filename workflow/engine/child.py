@@ -7,6 +7,7 @@ Names and values become index variables of the deck.  Exit status 0 if the deck 
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import sys
 
@@ -16,7 +17,9 @@ from workflow.errors import WorkflowError
 
 def main(arguments: list[str]) -> int:
     """Run the deck; the parent asks for a stop through a file, so the interrupt key is the parent's alone."""
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: a stopped engine does not outlive its wf or mpiexec either
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)  # Python ignores it: what the engine writes would be lost without a word
     deck, *pairs = arguments
     variables = [word for k in range(0, len(pairs), 2) for word in ("-var", pairs[k], pairs[k + 1])]
     try:

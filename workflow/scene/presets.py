@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import tomllib
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from typing import Any
 
 import tomli_w
 
+from workflow.archive.drafts import read_plain
 from workflow.errors import InputError
 from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
@@ -24,6 +26,8 @@ from workflow.scene.quantity import unknown_name
 Packed = Packing  # the scenes that assemble a packing
 Scene = Packing | Heap
 SCENES: dict[str, type[Scene]] = {cls.name: cls for cls in (Method1, Method2, Consolidation, Heap)}
+LONGEST, DEEPEST = 1_000_000, 50  # characters of a file, parts of a name a.b.c: more is no file of ours, and slow to read
+DEEP = re.compile(r"""(?:(?:[^\s.="']{1,99}|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*)""" + f"{{{DEEPEST}}}")
 SCENES_VARIABLE = "WORKFLOW_SCENES"  # Python files with further scenes, separated as in PATH
 
 
@@ -85,7 +89,10 @@ def _of_version_2(name: str, values: dict[str, Any]) -> dict[str, Any]:
 def read_toml(path: Path, what: str = "scene file", example: str = "'wf run --help'") -> dict[str, Any]:
     """Names and values in a TOML file; InputError if it cannot be read, which says ``what`` it is and where an ``example``."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = read_plain(path)
+        if len(text) > LONGEST or DEEP.search(text):
+            raise ValueError(f"more than {LONGEST} characters, or names of more than {DEEPEST} parts")
+        return tomllib.loads(text)
     except OSError as fault:
         raise InputError(f"{what} '{path}' cannot be read: {fault.strerror}; give the path of a TOML file") from fault
     except (ValueError, RecursionError) as fault:  # TOML, UTF-8, numbers of thousands of digits, nested without end

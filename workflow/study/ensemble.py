@@ -12,7 +12,6 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
-import os
 import platform
 import re
 import reprlib
@@ -26,7 +25,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.drafts import replacing
+from workflow.archive.drafts import alive, open_plain, replacing
 from workflow.deck.render import DECK, render
 from workflow.engine import rundir
 from workflow.engine.environment import versions
@@ -209,7 +208,7 @@ class Claims:
 def standing_in(path: str) -> Standing:
     """Where the run in ``path`` stands; it need not exist.  Plain strings: of ten thousand paths the objects cost most."""
     try:
-        with open(f"{path}/run.json", "rb") as file:
+        with open_plain(f"{path}/run.json") as file:
             state = json.loads(file.read())
         if wrong := rundir.misfit(state):
             raise ValueError(wrong)
@@ -232,16 +231,6 @@ def standing_in(path: str) -> Standing:
 def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
     """The run of record ``state`` has the deck that this version makes of the scene."""
     return state.get("hashes", {}).get(DECK) == hashlib.sha256(render(point.scene).encode()).hexdigest()
-
-
-def alive(pid: int | None) -> bool:
-    """True while a process of this machine has the id; one that ended but was not waited for has not."""
-    try:
-        os.kill(pid or 0, 0)
-        with open(f"/proc/{pid}/stat", "rb") as file:
-            return file.read().rpartition(b")")[2].split()[0] != b"Z"
-    except (OSError, OverflowError, IndexError):
-        return False
 
 
 def _since(stamp: str | None) -> float:

@@ -9,12 +9,14 @@ import sys
 import tempfile
 import time
 from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO, TextIO
 
 from workflow.engine import rundir
-from workflow.engine.launch import with_parent
+from workflow.engine.environment import python_child
+from workflow.engine.process import with_parent
 from workflow.engine.rundir import RunDirectory
 from workflow.errors import InputError
 from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, Claims, Point, Standing, Study, remaining
@@ -47,16 +49,17 @@ class Job:
 
 
 def compute(
-    study: Study, *, jobs: int = 1, ranks: int | None = None, retry: bool = False, out: TextIO | None = None
-) -> Outcome:
+    study: Study, *, jobs: int = 1, ranks: int | None = None, retry: bool = False, options: Sequence[str] = (),
+    out: TextIO | None = None,
+) -> Outcome:  # fmt: skip
     """Compute what is not done of ``study``, ``jobs`` points at a time on ``ranks`` MPI ranks each (None: one, or those it
-    was begun with); those interrupted go on from their checkpoints.
+    was begun with); those interrupted go on from their checkpoints.  ``options``: further ones of `wf resume`.
 
     Failed points stay as they are unless ``retry``.  A KeyboardInterrupt stops every job at its next checkpoint, a second
     one at once; the next call continues them.
     """
     with study.claims() as claims:
-        crew = Crew(study, claims, jobs, ranks, retry, out or sys.stderr)
+        crew = Crew(study, claims, jobs, ranks, retry, options, out or sys.stderr)
         try:
             while crew.waiting or crew.running:
                 while crew.waiting and len(crew.running) < crew.jobs:
@@ -73,8 +76,11 @@ def compute(
 class Crew:
     """The jobs at work and the points that wait for one."""
 
-    def __init__(self, study: Study, claims: Claims, jobs: int, ranks: int | None, retry: bool, out: TextIO) -> None:
+    def __init__(
+        self, study: Study, claims: Claims, jobs: int, ranks: int | None, retry: bool, options: Sequence[str], out: TextIO
+    ) -> None:
         self.study, self.claims, self.jobs, self.ranks, self.out = study, claims, jobs, ranks, out
+        self.options = [*(["--ranks", str(ranks)] if ranks else []), *options]
         self.standings: dict[str, Standing] = {point.digest: study.standing(point) for point in study.points}
         of = {DONE: 0, FAILED: 0} | {now.status: 0 for now in self.standings.values()}
         for now in self.standings.values():
@@ -108,8 +114,8 @@ class Crew:
             return
         words = tempfile.TemporaryFile()  # noqa: SIM115  (closed by `look`)
         process = subprocess.Popen(
-            [sys.executable, "-m", "workflow.cli.main", "resume", str(directory.path.resolve()),
-             *(["--ranks", str(self.ranks)] if self.ranks else [])],
+            [*python_child("workflow.cli.main"), "resume", str(directory.path.resolve()),
+             *self.options],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=words, start_new_session=True, preexec_fn=with_parent(),
         )  # fmt: skip
         self.running.append(Job(point, directory, process, words, now.seconds))

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from workflow.analysis.groups import GROUPS
+from workflow.archive.cells import named_cells
 from workflow.archive.drafts import replacing
 from workflow.engine.collect import stored_measures
 from workflow.engine.rundir import ARCHIVE
@@ -34,9 +35,9 @@ def write_results(study: Study) -> int:
     if rows:
         names = {name: None for row in rows for name in row}
         with replacing(study.folder / RESULTS) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, list(names))
+            writer = csv.DictWriter(file, list(named_cells(names)))
             writer.writeheader()
-            writer.writerows(rows)
+            writer.writerows(map(named_cells, rows))
     return len(rows)
 
 

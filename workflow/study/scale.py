@@ -272,7 +272,7 @@ def scale(counts: Sequence[int], states: Sequence[str], ranks: Sequence[int], st
 def part(name: str, *arguments: Path | int | str) -> list[dict[str, Any]]:
     """One of PARTS in a process of its own."""
     words = json.dumps([name, *(str(word) if isinstance(word, Path) else word for word in arguments)])
-    child = subprocess.run([sys.executable, "-m", "workflow.study.scale", words], capture_output=True, text=True, check=False)
+    child = subprocess.run([*python_child("workflow.study.scale"), words], capture_output=True, text=True, check=False)
     if child.returncode != 0:
         raise EngineError(f"stage {words}: {(child.stderr.strip() or 'no message').splitlines()[-1]}")
     return list(json.loads(child.stdout.splitlines()[-1]))

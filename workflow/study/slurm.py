@@ -15,7 +15,6 @@ import os
 import re
 import shlex
 import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -25,6 +24,7 @@ from pathlib import Path
 from workflow.archive.drafts import replacing
 from workflow.deck.schedulers import Profile
 from workflow.engine import rundir
+from workflow.engine.environment import absolute, python_child
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 from workflow.study.ensemble import DONE, FAILED, INTERRUPTED, RUNNING, WAITING, Point, Standing, Study
 
@@ -237,8 +237,8 @@ def array_script(profile: Profile, folder: Path, array: str) -> str:
         "wf-" + re.sub(r"[^A-Za-z0-9_-]", "-", folder.resolve().parents[1].name), "%A_%a.out", f"--array={array}", "--nodes=1",
         "--ntasks=1", f"--cpus-per-task={profile.ranks * profile.points_at_once}", f"--signal=B:USR1@{profile.margin}",
     )  # fmt: skip
-    path = os.environ.get("PYTHONPATH")
-    command = shlex.join([sys.executable, "-m", "workflow.study.task", str(folder.resolve() / TASKS)])
+    path = os.pathsep.join(absolute(os.environ.get("PYTHONPATH", "")))
+    command = shlex.join([*python_child("workflow.study.task"), str(folder.resolve() / TASKS)])
     return "\n".join([
         "#!/bin/bash", *head, "", "trap '' USR1    # what comes before the task listens would end it", "", *profile.loading(),
         *([f"export PYTHONPATH={shlex.quote(path)}"] if path else []),

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from workflow.archive.cells import named_cells
 from workflow.archive.drafts import replacing
 
 
@@ -16,4 +17,4 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
     with replacing(path) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(asdict(rows[0])))
         writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+        writer.writerows(named_cells(asdict(row)) for row in rows)

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from workflow.engine import rundir
 from workflow.engine.checkpoint import newest
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
     before = progress(study)
     try:
         computing = True
-        outcome = Outcome(interrupted=True) if over else compute(study, jobs=plan["jobs"], ranks=plan["ranks"])
+        outcome = Outcome(interrupted=True) if over else _compute(study, plan)
     except KeyboardInterrupt:  # before it began a point, or behind the last
         outcome = Outcome(interrupted=True)
     computing = False
@@ -59,6 +60,11 @@ def main(arguments: Sequence[str]) -> int:
     if all(now.status in (DONE, FAILED) for now in standings):
         write_results(whole)
     return int(outcome.failed > 0)
+
+
+def _compute(study: Study, plan: dict[str, Any]) -> Outcome:
+    """The cores are those that the job asked for, whatever this process may use of them."""
+    return compute(study, jobs=plan["jobs"], ranks=plan["ranks"], options=["--oversubscribe"])
 
 
 def progress(study: Study) -> int:

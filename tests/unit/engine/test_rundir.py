@@ -13,8 +13,10 @@ import pytest
 
 from workflow.archive.dumps import read_last_row, read_series
 from workflow.engine import watch
-from workflow.engine.checkpoint import Seals, confirmed, cut_back, damaged, newest, step_of
+from workflow.engine.checkpoint import Seals, confirmed, damaged, newest, step_of
+from workflow.engine.parts import Parts
 from workflow.engine.rundir import RunDirectory, default_directory
+from workflow.engine.start import Start
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.scene.method1 import Method1
 
@@ -123,7 +125,8 @@ def test_file_that_is_no_restart_file(content: bytes, tmp_path: Path) -> None:
 
 
 def checkpoint(folder: Path, name: str, step: int, content: bytes = bytes(100)) -> Path:
-    """A whole restart file as far as head and end mark go."""
+    """A whole restart file as far as head and end mark go, beside a series that has begun."""
+    (folder / "series.txt").write_text("# step time stage x\n0 0 1 0.5\n")
     file = folder / f"checkpoint.{name}"
     file.write_bytes(HEAD + struct.pack("<q", step) + content + b"LammpS RestartT\0")
     return file
@@ -180,7 +183,9 @@ def test_cut_back_of_the_series(run: RunDirectory) -> None:
     write_series(run, np.ones(10))
     with open(run / "series.txt", "a") as file:
         file.write("# " + " ".join(COLUMNS) + "\n100 5 1")
-    cut_back(run.path, 45)
+    parts = Parts(run.path)
+    parts.extents(45)
+    parts.cut()
     series = run.series()
     assert series is not None
     assert series["step"].tolist() == [0, 10, 20, 30, 40]
@@ -188,7 +193,7 @@ def test_cut_back_of_the_series(run: RunDirectory) -> None:
 
 def test_cut_back_to_nothing(run: RunDirectory) -> None:
     write_series(run, np.ones(3))
-    cut_back(run.path, -1)
+    Start(None, Parts(run.path), []).cut_back()
     assert run.series() is None
 
 

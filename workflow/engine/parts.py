@@ -130,9 +130,11 @@ class Series(Part):
             raise self._gap(last, interval)
 
     def cut(self) -> None:
-        """Leave in the file what counts of what was read."""
+        """Leave in the file what counts of what was read; no file where nothing was."""
         if not self.line:
-            if regular(self.path):
+            try:
+                self.path.unlink(missing_ok=True)
+            except OSError:  # it is mounted there
                 os.truncate(self.path, 0)
             return
         again, kept = Series(self.path), list[bytes]()

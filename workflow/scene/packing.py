@@ -20,6 +20,7 @@ from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numer
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
+LONGEST = 1e9  # time of a stage [T0]
 DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
 
 
@@ -53,7 +54,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         if self.cell_mass is None:
             object.__setattr__(self, "cell_mass", 0.6 if self.cell == "lengths" else 0.3)
         if self.max_time is None:
-            object.__setattr__(self, "max_time", max(500.0, 5.0 * self.compression_time))
+            object.__setattr__(self, "max_time", min(max(500.0, 5.0 * self.compression_time), LONGEST))
         choice = self.step_choice
         if choice.step > choice.limit:
             raise InputError(

@@ -115,7 +115,7 @@ def test_selection() -> None:
     assert not numbers
     assert [d.number for d in drawings] == ["9a", "9b", "9c-P0", "9c-P0.01"]
     assert [d.number for d in paper.chosen(None, ["9c"])[1]] == ["9c-P0", "9c-P0.01"]
-    with pytest.raises(InputError, match="--table 9 is not known in G07; there are: 2, 3, 3-M, 4, 5, 5-slow, 6, 7, text"):
+    with pytest.raises(InputError, match="--table 9 is not known in G07; there are: 2, 3, 4, 5, 6, 7, text"):
         paper.chosen(["9"], None)
     with pytest.raises(InputError, match="--figure 99 is not known"):
         paper.chosen(None, ["99"])

@@ -187,6 +187,7 @@ def write_readings(folder: Path, of: Readings, found: Sequence[Line], provenance
     """readings.csv, .json and .md in ``folder``."""
     sums = chi_squares(found)
     fits = scans(of.readings, sums)
+    provenance = {**provenance, "seeds and digests": "of every number in readings.csv"}
     write_csv(folder / "readings.csv", found)
     table = {
         "paper": of.paper.title, "readings": [asdict(one) for one in of.readings],

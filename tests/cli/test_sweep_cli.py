@@ -133,10 +133,10 @@ def test_interrupt_and_kill_then_go_on(
 def test_failure_is_recorded_and_retried_only_when_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Equal discs at Phi = 0.6 cannot be placed; the other point is none the worse for it."""
+    """Equal discs cannot be added at random at Phi = 0.6; the other point is none the worse for it."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("workflow.scene.grains._ROUNDS_WITHOUT_SUCCESS", 3)
-    Path("study.toml").write_text(SMALL + "smallest = 1\n[grid]\nphi0 = [0.6, 0.36]\n")
+    Path("study.toml").write_text(SMALL + "smallest = 1\ninitial = 'random_addition'\n[grid]\nphi0 = [0.6, 0.36]\n")
     assert main(["sweep", "study.toml", "--out", "study"]) == 1
     assert "1 points failed" in capsys.readouterr().err
     row = standing(Path("study"), capsys)

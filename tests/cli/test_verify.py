@@ -106,7 +106,8 @@ def test_misuse(copy: Path, wf: Wf) -> None:
     (copy / "deck.in").write_text(deck.replace("dimension 2", "dimension 2 "))
     done = wf("verify", "copy")
     assert done.returncode == 2
-    assert "'copy/deck.in', line 48: 'dimension 2 ', but scene.toml gives 'dimension 2'" in done.stderr
+    line = deck.splitlines().index("dimension 2") + 1
+    assert f"'copy/deck.in', line {line}: 'dimension 2 ', but scene.toml gives 'dimension 2'" in done.stderr
     (copy / "deck.in").write_text(deck)
     for file in copy.glob("checkpoint.*"):
         file.unlink()

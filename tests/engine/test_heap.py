@@ -71,7 +71,9 @@ def test_energy_account_closes_to_second_order_in_the_step(poured: tuple[Heap, P
 
     fine = run(prepare(tmp_path / "fine", Heap(**SMALL, steps_per_period=4 * scene.steps_per_period)))
     paper = run(prepare(tmp_path / "paper", Heap(**SMALL, scheme="paper")))
-    assert residual(folder) < 0.005 and 0.01 < residual(paper) < 0.06
+    # what the kicks take from the grains is known whichever velocity the dampers see; counted otherwise it was 1 to 6 % of
+    # the energy that went in with the paper's scheme
+    assert residual(folder) < 0.005 and residual(paper) < 0.005
     # four times the steps: 1/16, but for the first step of each contact (order 1/2 at worst)
     assert residual(fine) < 0.5 * residual(folder)
 

@@ -34,9 +34,10 @@ def test_measures_have_the_promised_keys(heap: Path, wf: Wf) -> None:
     assert isinstance(measures["avalanches"], list) and measures["equilibrated"]
     # second order at 14 steps per stiffest period
     assert abs(measures["energy_residual"]["relative"]) < 0.004
-    # from r0 = 1.2 to 1 at the speed of the fall or faster
+    # measured at every step: the first grains meet the base at nearly the speed of the fall, later ones fall less far, and
+    # what hits aside has a part of it along the normal
     numerics = measures["numerics"]
-    assert numerics["fastest_approach"] >= np.sqrt(2.0 * 15.0)
+    assert 0.8 * np.sqrt(2.0 * 15.0) < numerics["fastest_approach"] <= np.sqrt(2.0 * 15.0)
     assert numerics["steps_in_tail"] == pytest.approx(0.2 / (numerics["fastest_approach"] * numerics["step"]), rel=1e-9)
     assert measures["poured"] == 40 and measures["equivalent_hooke"]["stiffness"] > 37.0
 

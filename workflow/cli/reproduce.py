@@ -68,9 +68,9 @@ def action(arguments: argparse.Namespace) -> int:
     profile = job_of(arguments, local=("ranks",))
     if arguments.samples is not None and arguments.samples < 1:
         raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
-    paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
     if arguments.readings is not None:
         return _readings(arguments, profile)
+    paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
     earlier = [read_earlier(path) for path in arguments.pool]
     numbers, drawings = paper.chosen(_list(arguments.table, "--table"), _list(arguments.figure, "--figure"))
     folder = arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else ""))
@@ -83,9 +83,7 @@ def action(arguments: argparse.Namespace) -> int:
         return 0
     if profile and not arguments.no_run:
         return send(study, profile, arguments)
-    if arguments.no_run:
-        declare_and_adopt(study, arguments)
-    outcome = Outcome() if arguments.no_run else carry_out(study, arguments, ranks=arguments.ranks)
+    outcome = _computed(study, arguments)
     if outcome.interrupted:
         return ended(outcome)
     found = rows(study, numbers, earlier, _say)
@@ -101,6 +99,14 @@ def action(arguments: argparse.Namespace) -> int:
         return ended(outcome)
     _summary(paper, found, figures, folder)
     return ended(outcome)
+
+
+def _computed(study: Study, arguments: argparse.Namespace) -> Outcome:
+    """Compute what the study lacks, or with --no-run take it as it stands."""
+    if not arguments.no_run:
+        return carry_out(study, arguments, ranks=arguments.ranks)
+    declare_and_adopt(study, arguments)
+    return Outcome()
 
 
 def _readings(arguments: argparse.Namespace, profile: Any) -> int:
@@ -119,9 +125,7 @@ def _readings(arguments: argparse.Namespace, profile: Any) -> int:
         return 0
     if profile and not arguments.no_run:
         return send(study, profile, arguments)
-    if arguments.no_run:
-        declare_and_adopt(study, arguments)
-    outcome = Outcome() if arguments.no_run else carry_out(study, arguments, ranks=arguments.ranks)
+    outcome = _computed(study, arguments)
     if outcome.interrupted:
         return ended(outcome)
     found = [line for one in of.readings for line in lines(one, rows(study, of.of(one), [], _say))]

@@ -132,8 +132,9 @@ struct Cohesive {
         rotation[k] = kept;
         b.moment[k] = moment;
       }
-      b.overlap[k] = -h;
-      b.approach[k] = h < range ? -middle : 0.0;
+      b.overlap[k] = -h > b.overlap[k] ? -h : b.overlap[k];
+      const double approach = h < range ? -middle : 0.0;
+      b.approach[k] = approach > b.approach[k] ? approach : b.approach[k];
       b.fx[k] = normal * nx - tangential * ny;
       b.fy[k] = normal * ny + tangential * nx;
     }

@@ -161,8 +161,9 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
       if (ACCOUNT) b.lost_viscous[k] = -0.5 * (viscous[k] + damper) * middle * dt;
       viscous[k] = damper;
-      b.overlap[k] = b.touch[k] - r;
-      b.approach[k] = -within * middle;
+      const double overlap = b.touch[k] - r, approach = -within * middle;
+      b.overlap[k] = overlap > b.overlap[k] ? overlap : b.overlap[k];
+      b.approach[k] = approach > b.approach[k] ? approach : b.approach[k];
       const double normal = elastic + damper;
       double tangential = 0.0;
       if (FRICTION) {

@@ -108,7 +108,7 @@ struct Motion {
 struct Sums {                                            // of one sweep
   double xx = 0.0, yy = 0.0, xy = 0.0;                   // F_x b_x, F_y b_y, F_x b_y
   double viscous = 0.0, sliding = 0.0, rolling = 0.0;    // energy dissipated
-  double overlap = 0.0, approach = 0.0;                  // largest of any pair, as the law has them in Block
+  double overlap = 0.0, approach = 0.0;                  // largest of any pair, as in Block
 };
 
 struct Extremes {           // over the steps so far
@@ -133,6 +133,7 @@ struct Block {
   alignas(64) double receding[BLOCK],
       crossed[BLOCK];    // normal velocity; 1 for a pair whose gap changed its sign in the step
   alignas(64) double lost_viscous[BLOCK], lost_sliding[BLOCK], lost_rolling[BLOCK];
+  // in and out: the largest so far of the blocks of this sweep, place by place
   alignas(64) double overlap[BLOCK] = {};     // R_i + R_j - |b|
   alignas(64) double approach[BLOCK] = {};    // -d|b|/dt of a pair that interacts
 };
@@ -169,7 +170,7 @@ DISC_INLINE double total(const double *lanes)
   return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
-DISC_INLINE double largest(const Four &a) { return std::max({a[0], a[1], a[2], a[3]}); }
+DISC_INLINE double largest(const double *lanes) { return *std::max_element(lanes, lanes + BLOCK); }
 
 /* What a law leaves out is not gathered, computed or scattered.  A law has these as static constants and a member
    respond<ACCOUNT>(Motion, Block &, count).  `halves`: pairs with a grain from `owned` on are listed on both sides.
@@ -180,7 +181,6 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
 {
   alignas(64) double xx[LANES] = {}, yy[LANES] = {}, xy[LANES] = {};
   alignas(64) double viscous[LANES] = {}, sliding[LANES] = {}, rolling[LANES] = {};
-  Four overlap{}, approach{};
   Block b;
   for (int first = 0; first < c.count; first += BLOCK) {
     const int count = std::min(BLOCK, c.count - first);
@@ -240,11 +240,6 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
         for (double *a : {b.bx, b.by, b.lost_viscous, b.lost_sliding, b.lost_rolling})
           a[k] *= 0.5;
       }
-    for (int k = 0; k < whole; k += 4) {
-      const Four deep = four(b.overlap + k), fast = four(b.approach + k);
-      overlap = deep > overlap ? deep : overlap;
-      approach = fast > approach ? fast : approach;
-    }
     if (stress) {
       add_products(xx, b.fx, b.bx, whole);
       add_products(yy, b.fy, b.by, whole);
@@ -257,7 +252,7 @@ DISC_WIDEST Sums sweep(const Law &law, const Motion &motion, const Grain *grain,
     }
   }
   return {total(xx),      total(yy),      total(xy),        total(viscous),
-          total(sliding), total(rolling), largest(overlap), largest(approach)};
+          total(sliding), total(rolling), largest(b.overlap), largest(b.approach)};
 }
 
 }    // namespace disc

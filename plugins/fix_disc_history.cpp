@@ -10,6 +10,7 @@
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "pair_disc.h"
+#include "rank_sums.h"
 #include "update.h"
 
 #include <algorithm>
@@ -451,37 +452,35 @@ void FixDiscHistory::write_restart(FILE *fp)
 {
   // memory may be newer in the records than in the partner lists: the restart step's own force evaluation came since
   if (listed) remember();
-  double sums[3] = {lost.viscous, lost.sliding, lost.rolling};
-  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
   const disc::Extremes most = extremes_of_all();
   const double within_run =
       update->whichflag == 1 ? 1.0 : 0.0;    // else the next run evaluates forces anew in any case
   // LAMMPS stores the time of this step; rounding differs from that of the run that counts on
   const double since = ubuf(update->atimestep).d;
-  const double state[12] = {sums[0], sums[1],          sums[2],          pace,         within_run,    update->atime,
-                            since,   motion.affine[0], motion.affine[1], most.overlap, most.approach, most.advance};
+  std::vector<double> state = {pace,         within_run,   update->atime, since,       motion.affine[0], motion.affine[1],
+                               most.overlap, most.approach, most.advance};
+  save_rank_sums(world, {lost.viscous, lost.sliding, lost.rolling}, state);
   if (comm->me == 0) {
-    const int size = sizeof(state);
+    const int size = static_cast<int>(state.size() * sizeof(double));
     fwrite(&size, sizeof(int), 1, fp);
-    fwrite(state, size, 1, fp);
+    fwrite(state.data(), size, 1, fp);
   }
 }
 
 void FixDiscHistory::restart(char *buf)
 {
   const auto *state = reinterpret_cast<const double *>(buf);
-  if (comm->me == 0) {
-    lost.viscous = state[0];
-    lost.sliding = state[1];
-    lost.rolling = state[2];
-  }
-  pace = state[3];
-  restored_step = state[4] > 0.0 ? update->ntimestep : -1;
-  double since = state[6];
-  restored_time = state[5];
+  pace = state[0];
+  restored_step = state[1] > 0.0 ? update->ntimestep : -1;
+  restored_time = state[2];
+  double since = state[3];
   restored_since = static_cast<bigint>(ubuf(since).i);
-  std::copy(state + 7, state + 9, motion.affine);    // of the cell as it moves, also for forces evaluated anew
-  extremes = {state[9], state[10], state[11]};
+  std::copy(state + 4, state + 6, motion.affine);    // of the cell as it moves, also for forces evaluated anew
+  extremes = {state[6], state[7], state[8]};
+  const std::vector<double> sums = restore_rank_sums(world, state + 9, 3);
+  lost.viscous = sums[0];
+  lost.sliding = sums[1];
+  lost.rolling = sums[2];
 }
 
 /* fix_modify DISC_HISTORY forces anew: the run that ended with the restart file is over, the next one starts as any

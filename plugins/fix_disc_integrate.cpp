@@ -10,6 +10,7 @@
 #include "group.h"
 #include "modify.h"
 #include "pair_disc.h"
+#include "rank_sums.h"
 #include "update.h"
 #include "utils.h"
 
@@ -369,17 +370,15 @@ double FixDiscIntegrate::compute_vector(int n)
 
 void FixDiscIntegrate::write_restart(FILE *fp)
 {
-  const double taken = compute_vector(6);    // a sum over ranks: before rank 0 goes its own way
+  std::vector<double> state = {axis[0].strain_rate, axis[1].strain_rate, axis[0].start, axis[1].start, inertia, work};
+  for (const auto value : {&Axis::stress, &Axis::virial, &Axis::kinetic})
+    for (const Axis &a : axis)
+      state.push_back(a.*value);
+  save_rank_sums(world, {dragged}, state);
   if (comm->me != 0) return;
-  double state[STATE] = {axis[0].strain_rate, axis[1].strain_rate, axis[0].start, axis[1].start, inertia, work, taken};
-  for (int a = 0; a < 2; a++) {
-    state[7 + a] = axis[a].stress;
-    state[9 + a] = axis[a].virial;
-    state[11 + a] = axis[a].kinetic;
-  }
-  const int size = sizeof(state);
+  const int size = static_cast<int>(state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(state, size, 1, fp);
+  fwrite(state.data(), size, 1, fp);
 }
 
 void FixDiscIntegrate::restart(char *buf)
@@ -388,11 +387,11 @@ void FixDiscIntegrate::restart(char *buf)
   for (int a = 0; a < 2; a++) {
     axis[a].strain_rate = axis[a].controlled ? state[a] : 0.0;
     axis[a].start = state[2 + a];
-    axis[a].stress = state[7 + a];
-    axis[a].virial = state[9 + a];
-    axis[a].kinetic = state[11 + a];
+    axis[a].stress = state[6 + a];
+    axis[a].virial = state[8 + a];
+    axis[a].kinetic = state[10 + a];
   }
   inertia = state[4];
   work = state[5];
-  dragged = comm->me == 0 ? state[6] : 0.0;
+  dragged = restore_rank_sums(world, state + 12, 1)[0];
 }

@@ -84,7 +84,6 @@ private:
   void kick_cell(double dt);
   bool stretch_cell(disc::Shift &);
 
-  static constexpr int STATE = 13;    // doubles in a restart
 
   Axis axis[2];
   std::vector<disc::Inertia> inertia_of;    // per grain

@@ -7,12 +7,12 @@
 #include "force.h"
 #include "modify.h"
 #include "pair_disc.h"
+#include "rank_sums.h"
 #include "update.h"
 #include "utils.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -98,19 +98,19 @@ double FixDiscStiffen::compute_vector(int n)
 
 void FixDiscStiffen::write_restart(FILE *fp)
 {
-  const double state[3] = {now, compute_vector(1),
-                           ubuf(begun).d};    // a sum over ranks: before rank 0 goes its own way
+  std::vector<double> state = {now, ubuf(begun).d};
+  save_rank_sums(world, {work}, state);
   if (comm->me != 0) return;
-  const int size = sizeof(state);
+  const int size = static_cast<int>(state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(state, size, 1, fp);
+  fwrite(state.data(), size, 1, fp);
 }
 
 void FixDiscStiffen::restart(char *buf)
 {
-  double state[3];
-  memcpy(state, buf, sizeof(state));
+  const auto *state = reinterpret_cast<const double *>(buf);
   now = state[0];
-  work = comm->me == 0 ? state[1] : 0.0;
-  begun = static_cast<bigint>(ubuf(state[2]).i);
+  double first = state[1];
+  begun = static_cast<bigint>(ubuf(first).i);
+  work = restore_rank_sums(world, state + 2, 1)[0];
 }

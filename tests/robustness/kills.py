@@ -72,9 +72,3 @@ def killed(folder: Path, scene: str, ranks: int, seconds: float, rng: random.Ran
         if kills == 0:
             kills = -1  # the next part is the last
         words = ["resume", "run", "--oversubscribe"]
-
-
-def unlike(one: Path, other: Path, ranks: int) -> list[str]:
-    """Files in which two runs differ; on several ranks archive and measures are what counts."""
-    names = [name for name in RESULTS if (one / name).is_file()]
-    return [name for name in names if (one / name).read_bytes() != (other / name).read_bytes()]

@@ -51,7 +51,7 @@ def action(arguments: argparse.Namespace) -> int:
     check_ranks(arguments)
     scene = scene_of(arguments)
     engine()  # a missing plugin or engine is said before anything is written
-    directory = RunDirectory.create(arguments.out or default_directory(scene), scene)
+    directory = RunDirectory.create(arguments.out or default_directory(scene), scene, ranks=arguments.ranks)
     choice = scene.step_choice
     print(f"{scene.title}\nseed {scene.seed}, N = {scene.n}, directory {directory.path}", file=sys.stderr)
     print(f"step {choice.step:.3g} T0: {choice.reason}", file=sys.stderr)

@@ -59,9 +59,13 @@ def run(
         command = [*python_child(), DECK, *variables]
         if ranks > 1:
             command = [str(environment.mpiexec), "-n", str(ranks), *command]
+        state = directory.state
+        begun_on, earlier = state.get("ranks", ranks), state.get("earlier_ranks", [])
+        if resume and begun_on != ranks and state.get("starts", 0):
+            earlier = [*earlier, begun_on]
         directory.record(
-            status=RUNNING, ranks=ranks, started=timestamp(), pid=os.getpid(), host=platform.node(), reason=None,
-            starts=directory.state.get("starts", 0) + 1,
+            status=RUNNING, ranks=ranks, earlier_ranks=earlier, started=timestamp(), pid=os.getpid(), host=platform.node(),
+            reason=None, starts=state.get("starts", 0) + 1,
         )  # fmt: skip
         with suppress(OSError):
             (directory / RESERVED).write_bytes(bytes(RESERVE))

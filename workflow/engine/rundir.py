@@ -44,7 +44,7 @@ ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "host": ((str,), False),
     "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
     "seconds": ((int, float, NOTHING), False), "result": ((dict,), False), "parts": ((dict,), False),
-    "accepted": ((list,), False), "starts": ((int,), False),
+    "accepted": ((list,), False), "starts": ((int,), False), "earlier_ranks": ((list,), False),
 }  # fmt: skip
 
 
@@ -76,8 +76,12 @@ class RunDirectory:
         return cls(path)
 
     @classmethod
-    def create(cls, path: Path, scene: Scene, also: Callable[[RunDirectory], None] | None = None) -> RunDirectory:
+    def create(
+        cls, path: Path, scene: Scene, also: Callable[[RunDirectory], None] | None = None, *, ranks: int = 1
+    ) -> RunDirectory:
         """A new run directory with deck, data and provenance, and what ``also`` adds; nothing is left if that fails.
+
+        ``ranks``: on how many MPI ranks it is to run, also where it is first continued.
 
         It is made under its lock, run.json last: of two processes one makes it, and what a killed one left without run.json
         is made anew.
@@ -93,7 +97,7 @@ class RunDirectory:
             run._require_free(scene)
             try:
                 run._clear()
-                run._fill(scene, deck, data_parts(discs), also)
+                run._fill(scene, deck, data_parts(discs), also, ranks)
                 (run / LOCK).unlink()  # who waits for it finds the directory made
             except BaseException:
                 run._clear()
@@ -103,7 +107,9 @@ class RunDirectory:
                 raise
         return run
 
-    def _fill(self, scene: Scene, deck: str, data: Iterable[str], also: Callable[[RunDirectory], None] | None) -> None:
+    def _fill(
+        self, scene: Scene, deck: str, data: Iterable[str], also: Callable[[RunDirectory], None] | None, ranks: int
+    ) -> None:
         """Write everything, run.json last."""
         self.write_text(DATA, data)
         self.write_text(DECK, deck)
@@ -113,7 +119,7 @@ class RunDirectory:
         if also:
             also(self)
         self.record(
-            status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(),
+            status=PREPARED, scene=scene.name, digest=scene.digest, versions=versions(), ranks=ranks,
             hashes={name: self.hash(name) for name in (DECK, DATA, *scene.files())},
             command=shlex.join(["wf", *sys.argv[1:]]),
         )  # fmt: skip

@@ -20,7 +20,6 @@ from workflow.engine.environment import versions
 from workflow.engine.inputs import check_inputs
 from workflow.engine.launch import run
 from workflow.engine.parts import DUMPS
-from workflow.engine.regrouped import FREE, last_digits, ungrouped
 from workflow.engine.rundir import FINISHED, INTERRUPTED, PREPARED, SCENE, RunDirectory
 from workflow.engine.start import start_of
 from workflow.errors import ArchiveError, InputError
@@ -85,8 +84,7 @@ def verify(
         ranks = ranks or state.get("ranks", 1)
         if run(again, ranks=ranks, resume=last, any_deck=True, out=out) != FINISHED:
             raise KeyboardInterrupt
-        regrouped = ranks > 1 and (last or state.get("starts", 1) > 1)
-        return _compare(directory, again, start, _excuse(state, ranks), regrouped)
+        return _compare(directory, again, start, _excuse(state, ranks))
 
 
 def _prepare(directory: RunDirectory, again: RunDirectory, last: bool) -> int:
@@ -118,13 +116,15 @@ def _excuse(state: dict, ranks: int) -> str | None:
     ]
     if ranks != state.get("ranks", 1):
         reasons.append(f"{state.get('ranks', 1)} ranks then, {ranks} now")
+    if state.get("earlier_ranks"):
+        reasons.append(f"on {', '.join(map(str, state['earlier_ranks']))} ranks in earlier parts")
     return "; ".join(reasons) or None
 
 
-def _compare(one: RunDirectory, two: RunDirectory, start: int, excuse: str | None, regrouped: bool) -> Verdict:
+def _compare(one: RunDirectory, two: RunDirectory, start: int, excuse: str | None) -> Verdict:
     scene = one.scene
     present = [name for name in RESULTS if (one / name).is_file()]
-    differences = (difference for name in present for difference in _differences(one, two, name, scene, regrouped))
+    differences = (difference for name in present for difference in _differences(one, two, name, scene))
     first = min(differences, key=lambda d: d.step, default=None)
     changes = _changes(one, two)
     close = all(change <= BOUNDS[name] * math.sqrt(1400.0 / scene.n) for name, change in changes.items())
@@ -139,9 +139,8 @@ def _compare(one: RunDirectory, two: RunDirectory, start: int, excuse: str | Non
     )
 
 
-def _differences(one: RunDirectory, two: RunDirectory, name: str, scene: Scene, regrouped: bool) -> Iterator[Difference]:
-    """The first difference of a file, if any: nothing is read as numbers while the bytes agree.  ``regrouped``: what a run
-    of several ranks may differ in that was continued is none."""
+def _differences(one: RunDirectory, two: RunDirectory, name: str, scene: Scene) -> Iterator[Difference]:
+    """The first difference of a file, if any: nothing is read as numbers while the bytes agree."""
     if (one / name).read_bytes() == (two / name).read_bytes():
         return
     kind = RESULTS[name]
@@ -156,19 +155,13 @@ def _differences(one: RunDirectory, two: RunDirectory, name: str, scene: Scene, 
         if now[0] != step or old.shape != new.shape:
             yield Difference(name, _stage(one, two, step, scene), step, "number of rows", float(len(old)), float(len(new)))
             return
-        if regrouped:
-            old, new = ungrouped(old, kind), ungrouped(new, kind)
-        unlike = (old != new) & ~(np.isnan(old) & np.isnan(new))
-        if regrouped and kind is None:
-            unlike &= ~last_digits(columns, old, new)
-        unlike = np.argwhere(unlike)
+        unlike = np.argwhere((old != new) & ~(np.isnan(old) & np.isnan(new)))
         if len(unlike):
             row, column = unlike[0]
             values = float(old[row, column]), float(new[row, column])
             yield Difference(name, _stage(one, two, step, scene), step, columns[column], *values)
             return
-    if not regrouped:
-        yield Difference(name, "?", 0, "text, though not a number", None, None)
+    yield Difference(name, "?", 0, "text, though not a number", None, None)
 
 
 def _rows(path: Path, kind: str | None) -> Iterator[tuple[int, tuple[str, ...], np.ndarray]]:
@@ -233,8 +226,6 @@ def summary(verdict: Verdict) -> str:
     if verdict.same_bits:
         return f"reproduced: {verdict.part}, every byte of what it wrote"
     first = verdict.first
-    if first is None:
-        return f"reproduced: {verdict.part}, every number but what is free in a run of several ranks that was continued: {FREE}"
     values = "" if first.before is None else f": {first.before!r} then, {first.now!r} now"
     lines = [
         f"{'reproduced within bounds' if verdict.reproduced else 'NOT reproduced'}: {verdict.part}",

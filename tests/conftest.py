@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
 from workflow.archive.dumps import read_frames
-from workflow.engine.environment import engine, load
+from workflow.data.frame import Frame
+from workflow.runs.installation import engine, load
 
 GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
 WRITE = (

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.directory import RunDirectory
 
 CASES = {
     "cohesive": ["--cohesion"],

@@ -31,17 +31,17 @@ LIMIT = 3000  # seconds after which a measurement is given up
 
 def grains_of(run: Path) -> int:
     """Number of grains of the run."""
-    from workflow.engine.rundir import RunDirectory
+    from workflow.runs.directory import RunDirectory
 
     return RunDirectory.open(run).scene.n
 
 
 def reading(run: Path, name: str) -> int:
     """Read the frames of a run one way; their number."""
-    from workflow.analysis.contacts import measure
     from workflow.archive.dumps import read_frames
     from workflow.archive.read import Archive
     from workflow.archive.write import write_archive
+    from workflow.measures.contacts import measure
 
     dumps = run / "grains.dump", run / "contacts.dump"
     if name == "dumps":
@@ -58,11 +58,11 @@ def reading(run: Path, name: str) -> int:
 
 def one(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
     """Measure one group, or one way to read, here."""
-    from workflow.analysis.build import repeat
-    from workflow.analysis.groups import measure_groups
     from workflow.archive.read import Archive
-    from workflow.engine.collect import constants_of
-    from workflow.engine.rundir import RunDirectory
+    from workflow.data.build import repeat
+    from workflow.measures.registry import measure_groups
+    from workflow.pipeline.collect import constants_of
+    from workflow.runs.directory import RunDirectory
 
     number, whole = grains_of(run), times == (1, 1)
     if not (whole and name in READING):
@@ -99,7 +99,7 @@ def measured(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
 
 def main(run: Path) -> None:
     """Every group at every size it is meant for; measurements that the table holds already are kept."""
-    from workflow.analysis.groups import GROUPS
+    from workflow.measures.registry import GROUPS
 
     table = Path(__file__).with_suffix(".csv")
     with open(table, newline="") if table.exists() else open(os.devnull) as file:

@@ -18,15 +18,15 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import curve_fit
 
-from workflow.analysis.contacts import solid_fraction
-from workflow.analysis.density import autocorrelation, average, scattering
-from workflow.analysis.fractal import fit_fractal
-from workflow.analysis.groups import shells
-from workflow.analysis.holes import holes
 from workflow.archive.read import Archive
-from workflow.engine.collect import constants_of
-from workflow.engine.rundir import RunDirectory
+from workflow.data.balance import solid_fraction
 from workflow.errors import WorkflowError
+from workflow.measures.density import autocorrelation, average, scattering
+from workflow.measures.fractal import fit_fractal
+from workflow.measures.holes import holes
+from workflow.measures.registry import shells
+from workflow.pipeline.collect import constants_of
+from workflow.runs.directory import RunDirectory
 
 TOPS = (np.pi, 4.5, 2 * np.pi)
 RINGS = np.append(0.0, np.arange(0.01, 8.0, 0.1))

@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 
 from workflow.archive.read import Archive
+from workflow.campaign.measured import found_at
+from workflow.campaign.study import DONE, Study
 from workflow.cli.assembling import consolidation
-from workflow.engine.collect import ARCHIVE, measures_of
-from workflow.study.ensemble import DONE, Study
-from workflow.study.evaluate import found_at
+from workflow.pipeline.collect import ARCHIVE, measures_of
 
 PATHS = {
     "t": "time", "Phi": "solid_fraction", "z": "coordination", "rattlers": "rattler_fraction",

@@ -10,7 +10,7 @@ fourth disc (C1 and C2 of fig. 18; negative: tensile), T that in them, base the 
 
 from math import pi, sqrt
 
-from workflow.engine.environment import load
+from workflow.runs.installation import load
 
 RANGE, MASS = 1e-3, 3 / 4
 DECK = """

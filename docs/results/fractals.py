@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.build import make_frame
-from workflow.analysis.density import average, scattering
-from workflow.analysis.fractal import fractal_slope
-from workflow.analysis.synthetic import ballistic_aggregate
+from workflow.data.build import make_frame
+from workflow.measures.density import average, scattering
+from workflow.measures.fractal import fractal_slope
+from workflow.measures.synthetic import ballistic_aggregate
 
 SIZES = 2 ** np.arange(6, 11)
 EACH = 40  # aggregates of each size

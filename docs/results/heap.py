@@ -22,12 +22,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
-from workflow.analysis.heap import angle_of_repose, dip, mean_profile, surface
 from workflow.archive.read import Archive
-from workflow.engine.heap import ground
-from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
-from workflow.report.figures import STYLE, save
+from workflow.measures.heap import angle_of_repose, dip, mean_profile, surface
+from workflow.pipeline.heap import ground
+from workflow.reports.figures import STYLE, save
+from workflow.runs.directory import ARCHIVE, RunDirectory
 
 N = ["--grains", "500"]
 SHORT, LONG, HOOKE = ["--index", "144", "--cutoff", "1.047"], ["--index", "144"], ["--hooke", "500"]

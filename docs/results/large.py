@@ -13,12 +13,13 @@ from pathlib import Path
 import numpy as np
 from blobs import fits, real_space
 
-from workflow.analysis.contacts import coordination, solid_fraction
-from workflow.analysis.density import scattering
-from workflow.analysis.groups import shells
 from workflow.archive.read import Archive
-from workflow.engine.collect import constants_of
-from workflow.engine.rundir import RunDirectory
+from workflow.data.balance import solid_fraction
+from workflow.measures.contacts import coordination
+from workflow.measures.density import scattering
+from workflow.measures.registry import shells
+from workflow.pipeline.collect import constants_of
+from workflow.runs.directory import RunDirectory
 
 NAMES = (
     "digest", "version", "grains", "series", "rolling", "seed", "status", "stage", "time", "aggregates", "largest",

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.clusters import local_coordination
-from workflow.analysis.contacts import measure
-from workflow.analysis.density import scattering
-from workflow.analysis.groups import density_of, measure_groups, shells
 from workflow.archive.read import Archive
-from workflow.engine.collect import constants_of
-from workflow.engine.rundir import RunDirectory
+from workflow.measures.clusters import local_coordination
+from workflow.measures.contacts import measure
+from workflow.measures.density import scattering
+from workflow.measures.registry import density_of, measure_groups, shells
+from workflow.pipeline.collect import constants_of
+from workflow.runs.directory import RunDirectory
 
 GROUPS = ("forces", "clusters", "rigidity", "self_stress", "holes")
 UNLOADED = ("free", "stiffen")  # stages that end in equilibrium at P* = 0, the last one counts

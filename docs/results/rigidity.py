@@ -12,13 +12,13 @@ import csv
 import sys
 from pathlib import Path
 
-from workflow.analysis.contacts import measure
-from workflow.analysis.modes import without_loose
-from workflow.analysis.rigidity import rigidity
 from workflow.archive.read import Archive
-from workflow.engine.collect import constants_of
-from workflow.engine.rundir import RunDirectory
 from workflow.errors import WorkflowError
+from workflow.measures.contacts import measure
+from workflow.measures.modes import without_loose
+from workflow.measures.rigidity import rigidity
+from workflow.pipeline.collect import constants_of
+from workflow.runs.directory import RunDirectory
 
 KIND = ("method", "series", "n", "phi0", "mu", "rolling", "cell_mass", "rate_cap", "seed")
 

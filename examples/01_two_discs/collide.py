@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dumps import read_blocks
-from workflow.deck.render import templates
-from workflow.engine.environment import engine, python_child
+from workflow.deck.template import templates
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
+from workflow.runs.installation import engine, python_child
 
 GAP, TIME = 0.01, 0.03
 CASES = {

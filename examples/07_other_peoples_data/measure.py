@@ -8,10 +8,11 @@ from pathlib import Path
 import MDAnalysis
 import numpy as np
 
-from workflow.analysis.build import make_frame
-from workflow.analysis.contacts import coordination, solid_fraction
-from workflow.analysis.percolation import percolation
 from workflow.archive.foreign import foreign_frames, universe_frame
+from workflow.data.balance import solid_fraction
+from workflow.data.build import make_frame
+from workflow.measures.contacts import coordination
+from workflow.measures.percolation import percolation
 
 grains = os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "400")
 deck = Path(__file__).with_name("pack.in").read_text()

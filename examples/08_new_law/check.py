@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.engine.environment import engine, python_child
+from workflow.reference.cohesive import CONTACT, CohesiveLaw
 from workflow.reference.discs import Discs
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CONTACT, CohesiveLaw
+from workflow.runs.installation import engine, python_child
 
 HERE = Path(__file__).resolve().parent
 PLUGIN = HERE.parents[1] / "plugins"  # headers; of an installed package they are beside it

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
 from workflow.archive.read import Archive, universe
+from workflow.data.frame import Frame
 
 
 @pytest.fixture(params=["packing", "cohesive"])

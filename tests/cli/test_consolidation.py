@@ -10,7 +10,7 @@ import pytest
 from test_exact_resume import resume_after_last_checkpoint
 from wf_process import Wf, call, record
 
-from workflow.archive.dumps import read_series
+from workflow.data.series import read_series
 
 # stages 1 to 10: two stresses up, one down, each with load and settle
 WORDS = [

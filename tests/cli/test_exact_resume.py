@@ -15,8 +15,8 @@ import pytest
 from wf_process import ALL_STAGES, POURED, SLOW, Running, Wf, call, kill, record
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import Seals, confirmed, newest, step_of
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.checkpoint import Seals, confirmed, newest, step_of
+from workflow.runs.directory import RunDirectory
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump", "tracks.dump")
 Start = Callable[..., Running]

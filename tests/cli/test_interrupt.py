@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from wf_process import ENDLESS, SLOW, Running, Wf, alive, kill, record, steps
 
-from workflow.archive.dumps import read_series
 from workflow.archive.read import Archive
 from workflow.cli.main import main
+from workflow.data.series import read_series
 
 Start = Callable[..., Running]
 

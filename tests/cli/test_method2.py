@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from wf_process import Wf, record
 
-from workflow.analysis.clusters import aggregates
-from workflow.analysis.frame import Frame
 from workflow.archive.read import Archive
-from workflow.deck.render import templates
-from workflow.engine.environment import engine
-from workflow.engine.rundir import RunDirectory
+from workflow.data.frame import Frame
+from workflow.deck.template import templates
+from workflow.measures.clusters import aggregates
+from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import engine
 from workflow.scene.heap import Heap
-from workflow.scene.presets import Packed
+from workflow.scene.registry import Packed
 
 Whole = tuple[Path, float]
 STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]

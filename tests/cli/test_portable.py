@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 from wf_process import ALL_STAGES, POURED, QUICK, call
 
-from workflow.archive.dumps import read_series
+from workflow.campaign.cluster import Profile
+from workflow.campaign.portable import job_script
 from workflow.cli.main import main
-from workflow.deck.portable import job_script
-from workflow.deck.schedulers import Profile
-from workflow.engine.checkpoint import step_of
-from workflow.engine.environment import engine
+from workflow.data.series import read_series
+from workflow.runs.checkpoint import step_of
+from workflow.runs.installation import engine
 
 AWKWARD = 'it\'s a "path" $(touch broken)'
 FAKE_SUBMISSION = '#!/bin/sh\necho "$0 $*" >> "$SUBMITTED"\n'

@@ -15,7 +15,7 @@ from wf_process import SLOW, Wf, call
 
 from workflow.archive.read import Archive
 from workflow.cli.main import main
-from workflow.report.page_data import unpacked
+from workflow.reports.page_data import unpacked
 
 
 def data(page: Path) -> Any:

@@ -16,10 +16,10 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from wf_process import call
 
-from workflow.analysis.frame import Frame
 from workflow.archive.read import Archive
-from workflow.report.figures import RED
-from workflow.report.study_page import write_page
+from workflow.data.frame import Frame
+from workflow.reports.figures import RED
+from workflow.reports.study_page import write_page
 
 Open = Callable[[Path], Reader]
 

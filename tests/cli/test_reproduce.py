@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from workflow.cli.main import main
-from workflow.study import papers
+from workflow.reproduce import papers
 
 TINY = """
 paper = "A paper of sixty grains"

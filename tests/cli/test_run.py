@@ -15,10 +15,10 @@ import pytest
 from wf_process import QUICK, Wf, record, steps
 
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import confirmed, damaged, newest, step_of
-from workflow.engine.environment import engine
-from workflow.engine.parts import Parts
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.checkpoint import confirmed, damaged, newest, step_of
+from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import engine
+from workflow.runs.outputs import Parts
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
 STABLE_KEYS = {

@@ -15,7 +15,7 @@ from wf_process import SLOW, Running, Wf, kill, record
 from workflow.archive.dumps import read_frames
 from workflow.archive.read import Archive
 from workflow.cli.main import main
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.directory import RunDirectory
 
 RESULTS = ("series.txt", "grains.dump", "contacts.dump")
 # Takes the place of the C library's clock of the day: every look at it is a day before or after the last one.  Not in the

@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from wf_process import WF, kill, record
 
+from workflow.campaign.study import Study
+from workflow.campaign.sweep import read_sweep
 from workflow.cli.main import main
-from workflow.study.ensemble import Study
-from workflow.study.sweep import read_sweep
 
 Start = Callable[..., "subprocess.Popen[str]"]
 FIXED = 'scene = "method1"\n[fixed]\ncohesion = false\nhold = 1\n'
@@ -135,7 +135,7 @@ def test_failure_is_recorded_and_retried_only_when_asked(
 ) -> None:
     """Equal discs cannot be added at random at Phi = 0.6; the other point is none the worse for it."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("workflow.scene.grains._ROUNDS_WITHOUT_SUCCESS", 3)
+    monkeypatch.setattr("workflow.scene.placement._ROUNDS_WITHOUT_SUCCESS", 3)
     Path("study.toml").write_text(SMALL + "smallest = 1\ninitial = 'random_addition'\n[grid]\nphi0 = [0.6, 0.36]\n")
     assert main(["sweep", "study.toml", "--out", "study"]) == 1
     assert "1 points failed" in capsys.readouterr().err

@@ -11,8 +11,8 @@ import pytest
 from wf_process import Wf, record
 
 from workflow.archive.dumps import TURNING
-from workflow.engine.rundir import RunDirectory
-from workflow.engine.verify import BOUNDS, _compare, summary
+from workflow.campaign.verify import BOUNDS, _compare, summary
+from workflow.runs.directory import RunDirectory
 
 
 def test_the_whole_run_is_reproduced(copy: Path, wf: Wf) -> None:

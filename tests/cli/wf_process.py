@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import workflow
-from workflow.archive.dumps import read_series
+from workflow.data.series import read_series
 
 # children that start elsewhere run the package that is tested here, also from a checkout
 os.environ["PYTHONPATH"] = os.pathsep.join(

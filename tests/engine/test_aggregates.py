@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.clusters import aggregates
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
+from workflow.measures.clusters import aggregates
 
 LAW = {"kn": 1e3, "kt": 1e3, "zeta": 0.8, "mu": 0.5, "f0": 1.0, "d0": 2e-2}
 FIX = "fix eq all disc/equilibrium 50 unit 1 aggregates yes\n"

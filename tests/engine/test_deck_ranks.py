@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
-from workflow.archive.dumps import read_frames, read_series
-from workflow.deck.render import data_file, render
-from workflow.engine.environment import engine
+from workflow.archive.dumps import read_frames
+from workflow.data.frame import Frame
+from workflow.data.series import read_series
+from workflow.deck.template import data_file, render
+from workflow.runs.installation import engine
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.packing import Packing

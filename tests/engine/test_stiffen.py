@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
 
 LAW = {"kn": 1e2, "kt": 80.0, "zeta": 0.8, "mu": 0.5, "f0": 1.0, "d0": 1e-2, "kr": 1.0, "mur": 0.02}
 RAMP = "fix ramp all disc/stiffen 10 100 20\n"

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from workflow.data.discs import Discs
 from workflow.errors import EngineError, InputError
-from workflow.scene.grains import Discs
-from workflow.study.compare import run
+from workflow.verification.one_run import run
 
 F0, D0, KN = 1.0, 1e-2, 1e3
 ALONE = "pair_style disc/tail\npair_coeff * * f0 1.0 d0 1e-2"

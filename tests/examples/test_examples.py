@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import workflow
-from workflow.engine.environment import engine
+from workflow.runs.installation import engine
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = str(Path(workflow.__file__).parents[1])  # the package that is tested here, installed or not

@@ -12,7 +12,7 @@ import pytest
 from openpbs import OpenPBS
 from patience import until
 
-from workflow.engine.environment import engine
+from workflow.runs.installation import engine
 
 pytestmark = pytest.mark.pbs
 SCENE = ["method1", "--no-cohesion", "--n", "300", "--kappa", "1e5", "--hold", "5", "--checkpoint-interval", "0.5"]

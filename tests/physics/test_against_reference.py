@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Cell, Discs, Trajectory
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
 
 LENGTH, DURATION, SPEED = 8.0, 0.5, 1.5
 FREQUENCY = 110.0  # sqrt(K_N/m*) of two discs of diameter 1/2 and the largest K_N

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
 
 LAW = {"kn": 1e3, "kt": 800.0, "zeta": 0.3, "mu": 0.3, "f0": 0.5, "d0": 2e-2, "kr": 1.0, "mur": 1e-2}
 MOVES = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
 from workflow.reference.continuous import ContinuousLaw
 from workflow.reference.discs import Discs, Trajectory
 from workflow.reference.integrate import integrate

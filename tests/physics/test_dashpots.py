@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from workflow.analysis.frame import Frame
+from workflow.data.frame import Frame
 from workflow.scene.method1 import Method1
 
 KN, F0, D0 = 1e4, 1.0, 1e-3

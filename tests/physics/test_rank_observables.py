@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workflow.engine.collect import MEASURES
-from workflow.engine.launch import run
-from workflow.engine.rundir import RunDirectory
+from workflow.pipeline.collect import MEASURES
+from workflow.pipeline.run import run
+from workflow.runs.directory import RunDirectory
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.packing import Packing

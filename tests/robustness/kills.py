@@ -12,8 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import workflow
-from workflow.engine.process import descendants
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.child_process import descendants
+from workflow.runs.directory import RunDirectory
 
 WF = [sys.executable, "-P", "-m", "workflow.cli.main"]
 # soft grains, few, with checkpoints as dense as they can be: about a second each where a core is free

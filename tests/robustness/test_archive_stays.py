@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from workflow.archive.read import Archive, universe
-from workflow.engine.rundir import RunDirectory
 from workflow.errors import ArchiveError
+from workflow.runs.directory import RunDirectory
 
 Wf = Callable[..., tuple[int, str, str]]
 Fresh = Callable[..., Path]

@@ -17,13 +17,13 @@ import pytest
 from kills import environment, start
 from mutations import deadline
 
-from workflow.archive.drafts import alive, open_plain, replacing
-from workflow.engine import environment as engine_environment
-from workflow.engine import process
-from workflow.engine.environment import check_room, python_child
-from workflow.engine.process import Child, descendants
-from workflow.engine.rundir import RunDirectory
+from workflow.data.files import alive, open_plain, replacing
 from workflow.errors import EngineError, InputError, WorkflowError
+from workflow.runs import child_process as process
+from workflow.runs import installation as engine_environment
+from workflow.runs.child_process import Child, descendants
+from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import check_room, python_child
 from workflow.scene.method1 import Method1
 
 Wf = Callable[..., tuple[int, str, str]]
@@ -43,7 +43,7 @@ def test_one_of_two_processes_makes_a_directory(tmp_path: Path, monkeypatch: pyt
         plain(self, scene, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(RunDirectory, "_fill", slow)
-    monkeypatch.setattr("workflow.engine.lock.LOCK_PATIENCE", 0.2)
+    monkeypatch.setattr("workflow.runs.lock.LOCK_PATIENCE", 0.2)
     thread = threading.Thread(target=RunDirectory.create, args=(tmp_path / "run", first))
     thread.start()
     assert begun.wait(20.0)

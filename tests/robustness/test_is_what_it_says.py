@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 from workflow.archive.read import Archive
-from workflow.deck.schedulers import Profile
-from workflow.engine import launch, verify
-from workflow.engine.rundir import RunDirectory
+from workflow.campaign import verify
+from workflow.campaign.cluster import Profile
 from workflow.errors import EngineError, InputError
+from workflow.runs import execute as launch
+from workflow.runs.directory import RunDirectory
 
 Wf = Callable[..., tuple[int, str, str]]
 Fresh = Callable[..., Path]

@@ -13,16 +13,16 @@ from pathlib import Path
 import pytest
 from kills import SCENES, environment
 
-from workflow.analysis.frame import Frame
-from workflow.archive.cells import cell
 from workflow.archive.export import write_csv
 from workflow.archive.read import Archive
+from workflow.campaign import slurm
+from workflow.campaign.cluster import Profile
 from workflow.cli.main import main
 from workflow.cli.terminal import Escaping
-from workflow.deck.schedulers import Profile
-from workflow.engine.environment import engine, python_child
-from workflow.engine.rundir import RunDirectory
-from workflow.study import slurm
+from workflow.data.cells import cell
+from workflow.data.frame import Frame
+from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import engine, python_child
 
 Wf = Callable[..., tuple[int, str, str]]
 Fresh = Callable[..., Path]
@@ -72,7 +72,7 @@ def test_children_find_no_code_where_they_run(monkeypatch: pytest.MonkeyPatch) -
 def test_tasks_of_job_arrays_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", ":rel")
     script = slurm.array_script(Profile(), tmp_path / "study" / "jobs" / "0001", "0-1")
-    assert f"{sys.executable} -P -m workflow.study.task" in script
+    assert f"{sys.executable} -P -m workflow.campaign.array_task" in script
     assert f"export PYTHONPATH={os.getcwd()}/rel\n" in script
 
 

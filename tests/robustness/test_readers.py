@@ -25,15 +25,16 @@ from hypothesis import strategies as st
 from mutations import DEADLINE, VALUES, deadline, edited, flipped, replaced
 
 import workflow
-from workflow.archive.dumps import read_blocks, read_frames, read_series
+from workflow.archive.dumps import read_blocks, read_frames
 from workflow.archive.foreign import foreign_frames
 from workflow.archive.read import Archive
-from workflow.engine.checkpoint import step_of
-from workflow.engine.collect import measures_of, stored_measures
-from workflow.engine.launch import _start
-from workflow.engine.rundir import RunDirectory
+from workflow.data.series import read_series
 from workflow.errors import ArchiveError, InputError, WorkflowError
-from workflow.scene.presets import read_toml, scene_from, to_toml
+from workflow.pipeline.collect import measures_of, stored_measures
+from workflow.runs.checkpoint import step_of
+from workflow.runs.directory import RunDirectory
+from workflow.runs.execute import _start
+from workflow.scene.registry import read_toml, scene_from, to_toml
 
 Wf = Callable[..., tuple[int, str, str]]
 Fresh = Callable[..., Path]

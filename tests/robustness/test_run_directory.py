@@ -19,9 +19,9 @@ import pytest
 from mutations import deadline
 
 from workflow.cli.main import main
-from workflow.engine import launch
-from workflow.engine.rundir import RunDirectory
 from workflow.errors import EngineError
+from workflow.runs import execute as launch
+from workflow.runs.directory import RunDirectory
 
 NUMBERS = ["1e18", "1000000000000000000", "-1", "0", "nan", "inf", "1e-300", "99999999999999999999999999", "1e5", "0x10", "1_0"]
 WORDS = [b"\x1b[2J", b"../x", b"\xff\xfe", b"ITEM: TIME", b"[[[[[[", b"\n\n", b"\0" * 9, b"=cmd|'/C calc'!A0", b"a." * 3000]

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from kills import SCENES, environment, start
 from test_readers import examples
 
-from workflow.archive.dumps import read_series
-from workflow.engine import launch
-from workflow.engine.checkpoint import Seals, newest
-from workflow.engine.parts import Parts
-from workflow.engine.rundir import RunDirectory
-from workflow.engine.start import start_of
+from workflow.data.series import read_series
 from workflow.errors import ArchiveError
+from workflow.runs import execute as launch
+from workflow.runs.checkpoint import Seals, newest
+from workflow.runs.directory import RunDirectory
+from workflow.runs.outputs import Parts
+from workflow.runs.resume_point import start_of
 
 Wf = Callable[..., tuple[int, str, str]]
 Fresh = Callable[..., Path]

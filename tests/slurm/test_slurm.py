@@ -18,8 +18,8 @@ import pytest
 from controller import Slurm
 from patience import until
 
-from workflow.engine.checkpoint import step_of
-from workflow.engine.environment import engine
+from workflow.runs.checkpoint import step_of
+from workflow.runs.installation import engine
 
 pytestmark = pytest.mark.slurm
 QUICK = 'scene = "method1"\n[fixed]\ncohesion = false\nhold = 1\nn = 60\nkappa = 1e3\n'

@@ -10,7 +10,7 @@ from pathlib import Path
 from workflow.archive.dumps import CONTACT_COLUMNS
 from workflow.archive.snapshots import Snapshot
 from workflow.errors import ArchiveError, InputError
-from workflow.scene.quantity import unknown_name
+from workflow.scene.parameter import unknown_name
 
 # the four forms of a coordinate in LAMMPS: in the box, in shares of the box, and both unwrapped
 FORMS = ("", "s", "u", "su")

@@ -7,11 +7,11 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
-from workflow.archive.drafts import PathLike
-from workflow.archive.files import BUFFER, unpacked
+from workflow.archive.formats import BUFFER, unpacked
 from workflow.archive.snapshots import Snapshot, snapshots_in
-from workflow.archive.text import read_columns
+from workflow.data.files import PathLike
+from workflow.data.frame import Floats
+from workflow.data.text import read_columns
 from workflow.errors import ArchiveError, InputError
 
 

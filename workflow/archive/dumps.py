@@ -7,7 +7,6 @@ numbers.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
@@ -15,13 +14,12 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
-from workflow.archive import text
-from workflow.archive.drafts import PathLike, open_plain
-from workflow.archive.text import numbers_in, numeric
+from workflow.data import text
+from workflow.data.files import PathLike
+from workflow.data.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
+from workflow.data.text import numbers_in, numeric, open_output, whole_numbers
 from workflow.errors import ArchiveError
 
-CLOCK = ("step", "time", "stage")  # columns of a series that must be there, and be numbers in every row
 TRACK_COLUMNS = ("id", "x", "y")
 GRAIN_COLUMNS = ("id", "diameter", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy", "tqz")
 MOST_DIGITS = 18  # of a whole number that fits 64 bits
@@ -130,7 +128,7 @@ def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
     ArchiveError for a missing file, damage before the last frame, or steps that go back.
     """
     last = -1
-    with _open(path) as file:
+    with open_output(path) as file:
         lines = _Lines(path, file)
         while True:
             try:
@@ -143,13 +141,6 @@ def read_blocks(path: PathLike, kind: str) -> Iterator[Block]:
             if block.step > last:
                 yield block
             last = block.step
-
-
-def _open(path: PathLike) -> BinaryIO:
-    try:
-        return open_plain(path)
-    except OSError as error:
-        raise ArchiveError(f"cannot read '{path}': {error.strerror}; check the path and that the run started") from None
 
 
 def read_frames(
@@ -189,7 +180,7 @@ def read_tracks(path: PathLike) -> Tracks:
         if block.columns != TRACK_COLUMNS:
             raise ArchiveError(f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected "
                                f"{' '.join(TRACK_COLUMNS)}; correct the dump command of the deck")  # fmt: skip
-    named = [whole(block.table[:, 0], f"{path}, step {block.step}: grain id") for block in blocks]
+    named = [whole_numbers(block.table[:, 0], f"{path}, step {block.step}: grain id") for block in blocks]
     ids = np.unique(np.concatenate(named or [np.empty(0, dtype=np.int64)]))
     position = np.full((len(blocks), len(ids), 2), np.nan)
     for k, block in enumerate(blocks):
@@ -220,7 +211,7 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
     def pick(*names: str) -> Floats:
         return np.ascontiguousarray(rows[:, [place[name] for name in names]].squeeze(-1 if len(names) == 1 else ()))
 
-    ids = whole(pick("id"), f"{grains}, line {block.line}: grain id")
+    ids = whole_numbers(pick("id"), f"{grains}, line {block.line}: grain id")
     if len(ids) > 1 and (np.diff(ids) <= 0).any():
         twice = int(ids[1:][np.diff(ids) <= 0][0])
         raise ArchiveError(
@@ -252,17 +243,9 @@ def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
     table[np.ix_(swap, TURNING)] *= -1.0
     table = table[np.lexsort((table[:, 1], table[:, 0]))]
     where = f"{path}, step {block.step}"
-    i, j = (rows_of(whole(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))
+    i, j = (rows_of(whole_numbers(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))
     columns = np.ascontiguousarray(table[:, 5:].T)
     return Contacts(i, j, table[:, 3:5].copy(), *columns[:8], *(columns[8:] != 0))
-
-
-def whole(values: Floats, what: str) -> Ints:
-    """``values`` as whole numbers; ArchiveError (named by ``what``) if one is none."""
-    fine = (np.abs(values) < 2.0**53) & (values == np.floor(values))
-    if not fine.all():
-        raise ArchiveError(f"{what} {values[~fine][0]:g} is no whole number; the file is damaged, restore it or run again")
-    return values.astype(np.int64)
 
 
 def rows_of(wanted: Ints, ids: Ints, where: str) -> Ints:
@@ -274,48 +257,3 @@ def rows_of(wanted: Ints, ids: Ints, where: str) -> Ints:
             "both files must come from one run; run again"
         )
     return np.searchsorted(ids, wanted)
-
-
-def read_series(path: PathLike) -> dict[str, Floats]:
-    """Time series of ``fix print``: name -> (rows,) float64, in column order.
-
-    First line ``# step time ... stage ...``, then one row of numbers per output; a repeated title line (a resumed run)
-    is skipped, an unfinished last line dropped.  ``nan`` is allowed, for a quantity not defined yet.
-    """
-    with _open(path) as file:
-        lines = [line for line in file if line.endswith(b"\n")]
-    title = lines[0].decode("ascii", "replace") if lines else ""
-    names = title.lstrip("# ").split()
-    if not title.startswith("#") or names[:2] != ["step", "time"] or "stage" not in names or len(set(names)) < len(names):
-        raise ArchiveError(f"{path}, line 1: found '{title.strip()[:60]}', expected '# step time ... stage ...'; "
-                           "correct the fix print command of the deck")  # fmt: skip
-    rows = [(number, line) for number, line in enumerate(lines[1:], 2) if line != lines[0]]
-    table = numbers_in([line for _, line in rows]) if rows else np.empty((0, len(names)))
-    back = np.flatnonzero(np.diff(table[:, 0]) < 0) + 1 if table.shape == (len(rows), len(names)) else [None]
-    if len(back):
-        bad = (n for n, line in rows if not numeric(line, len(names), finite=False))
-        number = next(bad, 2) if back[0] is None else rows[back[0]][0]
-        raise ArchiveError(f"{path}, line {number}: expected {len(names)} numbers ({' '.join(names)}) and "
-                           "increasing steps; the file is damaged; restore it or run again")  # fmt: skip
-    for name in CLOCK:
-        column = table[:, names.index(name)]
-        if not np.isfinite(column).all():
-            raise ArchiveError(f"{path}: '{name}' is not a number in every row; the file is damaged; restore it or run again")
-    for name in ("step", "stage"):
-        whole(table[:, names.index(name)], f"{path}: {name}")
-    new = np.diff(table[:, 0], prepend=-1.0) > 0  # a stage that ends on a row repeats it as the first of the next
-    return {name: table[new, k] for k, name in enumerate(names)}
-
-
-def read_last_row(path: PathLike) -> dict[str, Floats]:
-    """The last complete row of a time series, from its first line and its end alone; {} before the first row."""
-    with _open(path) as file:
-        names = file.readline().decode("ascii", "replace").lstrip("# ").split()
-        start = file.tell()
-        end = file.seek(0, os.SEEK_END)
-        file.seek(max(end - 16_384, start))
-        lines = file.read().split(b"\n")[:-1]
-    for line in reversed(lines):
-        if numeric(line, len(names), finite=False):
-            return {name: np.array([float(word)]) for name, word in zip(names, line.split(), strict=True)}
-    return {}

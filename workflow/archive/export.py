@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, plain_rows
-from workflow.archive.cells import cells
-from workflow.archive.drafts import replacing
 from workflow.archive.vtk import write_collection, write_polydata
+from workflow.data.cells import cells
+from workflow.data.files import replacing
+from workflow.data.frame import Contacts, Floats, Frame, plain_rows
 from workflow.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:

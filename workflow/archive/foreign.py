@@ -1,7 +1,7 @@
 """Frames of data that other programs made: LAMMPS and LIGGGHTS dumps with contact tables, and MDAnalysis Universes.
 
 What a file does not give is not made up: the frame lacks it (`Frame.lacks`), and what needs it is undefined.  Plain
-arrays need no reader: `workflow.analysis.build.make_frame`.
+arrays need no reader: `workflow.data.build.make_frame`.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workflow.analysis.build import make_frame
-from workflow.analysis.frame import Floats, Frame, Ints, sound, without
 from workflow.archive import plausible
 from workflow.archive.columns import FORMS, GRAINS, Reading, check_names, contact_names, resolve
-from workflow.archive.drafts import PathLike
 from workflow.archive.dump_tables import Dump
 from workflow.archive.pairs import NO_CONTACTS, REMEDY, contact_table, identities
 from workflow.archive.snapshots import Snapshot
+from workflow.data.build import make_frame
+from workflow.data.files import PathLike
+from workflow.data.frame import Floats, Frame, Ints, sound, without
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:

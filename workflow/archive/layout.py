@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 
-from workflow.analysis.frame import Contacts
+from workflow.data.frame import Contacts
 
 GRAINS = "particles/grains"
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from workflow.analysis.frame import PARTS, Floats
 from workflow.archive import plausible
 from workflow.archive.columns import Reading
 from workflow.archive.snapshots import Snapshot
+from workflow.data.frame import PARTS, Floats
 from workflow.errors import ArchiveError
 
 CENTRAL = 1e-3  # |T| below this share of the largest |N| is the rounding of a force along the branch

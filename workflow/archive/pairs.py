@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from workflow.analysis.build import nearest
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints, sound, without
 from workflow.archive import plausible
 from workflow.archive.columns import CONTACT_HELP, NUMBERED, Reading, is_own
 from workflow.archive.dump_tables import Dump
 from workflow.archive.pair_forces import Known, forces_of, rest_of
 from workflow.archive.snapshots import Snapshot
+from workflow.data.build import nearest
+from workflow.data.frame import Contacts, Floats, Frame, Ints, sound, without
 from workflow.errors import ArchiveError
 
 ODD = ("bx", "by", "moment", "dtheta", "fx", "fy", "fz", "tx", "ty")  # change sign when i and j are exchanged

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workflow.analysis.build import nearest, touching_pairs
-from workflow.analysis.contacts import balance, solid_fraction
-from workflow.analysis.frame import QUANTITIES, Contacts, Floats, Frame, Ints
 from workflow.archive.snapshots import Snapshot
+from workflow.data.balance import balance, solid_fraction
+from workflow.data.build import nearest, touching_pairs
+from workflow.data.frame import QUANTITIES, Contacts, Floats, Frame, Ints
 from workflow.errors import ArchiveError, InputError
 
 PLANE = 1e-6  # of a diameter: centres in one plane

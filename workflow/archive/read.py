@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, overload
 import h5py
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Tracks, sound
 from workflow.archive import layout
-from workflow.archive.drafts import PathLike
 from workflow.archive.dumps import rows_of
+from workflow.data.files import PathLike
+from workflow.data.frame import Contacts, Floats, Frame, Tracks, sound
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
 from workflow.archive.columns import GRAINS, Reading, resolve
 from workflow.archive.dump_tables import Dump
 from workflow.archive.foreign import Sample
+from workflow.data.frame import Floats
 from workflow.errors import InputError
 
 Sizes = tuple[Floats, Floats]

@@ -11,9 +11,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
-from workflow.archive.drafts import PathLike
-from workflow.archive.files import DUMP, HEAD, misfit, shown, unpacked
+from workflow.archive.formats import DUMP, HEAD, misfit, unpacked
+from workflow.data.files import PathLike
+from workflow.data.frame import Floats
+from workflow.data.text import shown
 from workflow.errors import ArchiveError
 
 MOST_DIGITS = 18  # of a whole number that fits 64 bits

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
-from workflow.archive.drafts import replacing
+from workflow.data.files import replacing
+from workflow.data.frame import Floats
 
 TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 HEAD = '<VTKFile type="{}" version="1.0" byte_order="{}Endian" header_type="UInt64">\n'

@@ -10,9 +10,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Floats, Frame, Ints, Tracks
 from workflow.archive import layout
-from workflow.archive.drafts import PathLike, replacing
+from workflow.data.files import PathLike, replacing
+from workflow.data.frame import Contacts, Floats, Frame, Ints, Tracks
 from workflow.errors import ArchiveError, InputError
 
 # Rows per HDF5 chunk: 64 kB of float64, small against a frame of a real run and no waste in a small one.

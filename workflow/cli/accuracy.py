@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import command, command_line
-from workflow.engine.environment import engine
+from workflow.data.table import write_csv
 from workflow.errors import InputError
-from workflow.study.accuracy import FULL, QUICK, Few, Many, orders, recommend, study
-from workflow.study.table import write_csv
+from workflow.runs.installation import engine
+from workflow.verification.accuracy import FULL, QUICK, Few, Many, orders, recommend, study
 
 EXAMPLES = """
 wf accuracy --quick --out accuracy          a first look in a minute or two
@@ -70,8 +70,8 @@ def _words(row: dict[str, Any]) -> str:
 
 def write(out: Path, few: list[Few], many: list[Many], wanted: float, words: str) -> None:
     """Tables, figures and the page."""
-    from workflow.report.accuracy import few_figure, many_figure  # matplotlib is slow to import
-    from workflow.report.study_page import write_page
+    from workflow.reports.study_page import write_page
+    from workflow.verification.accuracy_figures import few_figure, many_figure  # matplotlib is slow to import
 
     slopes, steps = orders(few), recommend(few, wanted)
     write_csv(out / "accuracy.csv", few)

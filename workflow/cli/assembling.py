@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.analysis.frame import Floats
 from workflow.archive.read import Archive
 from workflow.cli.sources import archived, packing
-from workflow.engine.collect import ARCHIVE
-from workflow.engine.rundir import RunDirectory
+from workflow.data.frame import Floats
 from workflow.errors import InputError
+from workflow.pipeline.collect import ARCHIVE
+from workflow.runs.directory import RunDirectory
 from workflow.scene.method2 import Method2
-from workflow.scene.presets import Packed
+from workflow.scene.registry import Packed
 
 
 def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
     """Solid fraction of all runs against time on a logarithmic axis (G07 fig. 4); ``names`` instead of the directories'."""
-    from workflow.report.assembling import density_history  # matplotlib is slow to import
+    from workflow.reports.assembling import density_history  # matplotlib is slow to import
 
     runs, stages = {}, {}
     for name, scene, series in _histories(directories, names):
@@ -29,7 +29,7 @@ def density(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[
 
 def agitation(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
     """Coordination number of the free aggregates of all runs, at P* = 0, against V0 (G07 fig. 8)."""
-    from workflow.report import assembling
+    from workflow.reports import assembling
 
     found: dict[float, list[float]] = {}
     for name, scene, series in _histories(directories, names):
@@ -45,7 +45,7 @@ def agitation(directories: Sequence[Path], paths: Sequence[Path], names: Sequenc
 
 def consolidation(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[str] | None = None) -> None:
     """Solid fraction and coordination number at the end of each stress of all runs; ``names`` instead of the directories'."""
-    from workflow.report import assembling
+    from workflow.reports import assembling
 
     runs = {}
     for name, scene, series in _histories(directories, names):
@@ -81,7 +81,7 @@ def pores(directories: Sequence[Path], paths: Sequence[Path], names: Sequence[st
     """Frames of one run side by side, from P* = 0 to the end (fig. 5); of several runs the first and the last (fig. 7).
 
     ``names`` of the runs instead of the directories'."""
-    from workflow.report.assembling import closing, snapshots
+    from workflow.reports.assembling import closing, snapshots
 
     frames, titles = [], []
     for path, name in zip(directories, names or [path.name for path in directories], strict=True):

@@ -14,15 +14,15 @@ from workflow.archive.read import Archive
 from workflow.cli.options import command, whole_number
 from workflow.cli.run import add_oversubscribe
 from workflow.cli.sources import archived
-from workflow.engine.collect import ARCHIVE
-from workflow.engine.environment import check_room, engine
-from workflow.engine.rundir import RunDirectory
+from workflow.data.table import write_csv
 from workflow.errors import InputError
+from workflow.pipeline.collect import ARCHIVE
+from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import check_room, engine
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
-from workflow.study.bench import ENGINES, PROGRAMS, STATES, State, Timing, bench, missing, own_states
-from workflow.study.bench_states import of_frame
-from workflow.study.table import write_csv
+from workflow.verification.bench import ENGINES, PROGRAMS, STATES, State, Timing, bench, missing, own_states
+from workflow.verification.bench_states import of_frame
 
 EXAMPLES = """
 wf bench                                          1400 grains, gas and dense, every installed engine

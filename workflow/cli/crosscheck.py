@@ -13,13 +13,13 @@ from typing import Any
 
 from workflow.cli.bench import listed, one_of
 from workflow.cli.options import command
-from workflow.engine.environment import engine
+from workflow.data.table import write_csv
 from workflow.errors import InputError
+from workflow.runs.installation import engine
 from workflow.scene.method1 import Method1
-from workflow.study.crosscheck import Mean, Packed, Result, at_rest, grains, means, packings, place_of, values_of
-from workflow.study.crosscheck_few import Few, few_bodies
-from workflow.study.peers import PEERS, prepare
-from workflow.study.table import write_csv
+from workflow.verification.crosscheck import Mean, Packed, Result, at_rest, grains, means, packings, place_of, values_of
+from workflow.verification.crosscheck_few import Few, few_bodies
+from workflow.verification.other_engines import PEERS, prepare
 
 EXAMPLES = """
 wf crosscheck                                a few discs, and packings of 400 grains from three seeds: ten minutes
@@ -94,7 +94,7 @@ def _scenes(arguments: argparse.Namespace) -> list[Method1]:
 
 def _write(out: Path, few: Sequence[Few], made: Sequence[Result]) -> None:
     """Tables and figures."""
-    from workflow.report.crosscheck import few_figure, packing_figure  # matplotlib is slow to import
+    from workflow.verification.crosscheck_figures import few_figure, packing_figure  # matplotlib is slow to import
 
     packed = [result.row for result in made]
 

@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from workflow.campaign.cluster import CLUSTERS, Profile, profile_of
+from workflow.campaign.portable import JOB, job_name, job_script, make_portable
 from workflow.cli.options import add_scene, command, scene_of
-from workflow.deck.portable import JOB, job_name, job_script, make_portable
-from workflow.deck.render import DECK, render
-from workflow.deck.schedulers import CLUSTERS, Profile, profile_of
-from workflow.engine.rundir import RunDirectory, default_directory
+from workflow.deck.template import DECK, render
 from workflow.errors import InputError
+from workflow.runs.directory import RunDirectory, default_directory
 
 EXAMPLES = """
 wf deck method1 --phi0 0.36 --out packing   then: cd packing && lmp -in deck.in

@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from workflow.cli.options import command
-from workflow.engine.doctor import examine
+from workflow.runs.doctor import examine
 
 EXAMPLES = """
 wf doctor           versions, fit of plugin and engine, a collision of two discs

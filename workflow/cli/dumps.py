@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from workflow.analysis.contacts import measure, stress_parts
-from workflow.analysis.frame import Frame
-from workflow.analysis.groups import Constants, attempt, measure_groups, slipping
-from workflow.analysis.network import Springs
 from workflow.archive.columns import Reading
 from workflow.archive.samples import Files
+from workflow.data.frame import Frame
 from workflow.errors import InputError
+from workflow.measures.contacts import measure, stress_parts
+from workflow.measures.network import Springs
+from workflow.measures.registry import Constants, attempt, measure_groups, slipping
 
 OPTIONS = ("window", "spacing")  # of the command line that are fields of Constants
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from workflow.archive.columns import CONTACT_HELP, CONTACTS, GRAINS, contact_names, resolve
 from workflow.archive.dump_tables import Dump
-from workflow.archive.files import unpacked
+from workflow.archive.formats import unpacked
 from workflow.archive.snapshots import Snapshot
 from workflow.cli.dumps import reading_of
 

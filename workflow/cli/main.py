@@ -65,7 +65,7 @@ def _room() -> bool:
 def _command(words: list[str]) -> int:
     """Run one command; what its input can cause is a message, never a traceback."""
     try:
-        from workflow.scene.presets import load_scenes  # NumPy comes with it
+        from workflow.scene.registry import load_scenes  # NumPy comes with it
 
         load_scenes()
         arguments = parser(words[0] if words and words[0] in COMMANDS else None).parse_args(words)

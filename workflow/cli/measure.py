@@ -9,10 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from workflow.analysis.alike import differing, in_words, kinds
-from workflow.analysis.groups import GROUPS, chosen_groups
-from workflow.analysis.samples import pool
 from workflow.archive.read import Archive
+from workflow.campaign.measured import found_at
 from workflow.cli.dumps import options_of
 from workflow.cli.inspect import columns_of
 from workflow.cli.options import add_any_deck, command
@@ -29,10 +27,12 @@ from workflow.cli.sources import (
     sources_of,
     tell,
 )
-from workflow.engine.collect import measures_of_frames
-from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
-from workflow.study.evaluate import found_at
+from workflow.measures.alike import differing, in_words, kinds
+from workflow.measures.registry import GROUPS, chosen_groups
+from workflow.measures.samples import pool
+from workflow.pipeline.collect import measures_of_frames
+from workflow.runs.directory import ARCHIVE, RunDirectory
 
 EXAMPLES = """
 wf measure runs/method1-130aae48                         for people

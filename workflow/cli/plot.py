@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from workflow.analysis.alike import FREE, differing, in_words, kinds
-from workflow.analysis.heap import avalanches, in_heap
 from workflow.archive.read import Archive
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.options import command
 from workflow.cli.sources import Source, add_sources, archived, folder_of, frame_of, packing, parameters_of, sources_of, tell
-from workflow.engine.heap import ground
-from workflow.engine.rundir import ARCHIVE, RunDirectory
 from workflow.errors import InputError
+from workflow.measures.alike import FREE, differing, in_words, kinds
+from workflow.measures.heap import avalanches, in_heap
+from workflow.pipeline.heap import ground
+from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.scene.heap import Heap
 
 EXAMPLES = """
@@ -51,7 +51,7 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Draw the chosen figures and say where they are."""
-    from workflow.report.gallery import PLOTS  # matplotlib is slow to import
+    from workflow.reports.registry import PLOTS  # matplotlib is slow to import
 
     sources = sources_of(arguments)
     first, several = sources[0], len(sources) > 1
@@ -78,7 +78,7 @@ def action(arguments: argparse.Namespace) -> int:
 
 def _draw(name: str, sources: Sequence[Source], samples: Sequence[Any], paths: list[Path]) -> list[Path]:
     """One figure of sources of one kind."""
-    from workflow.report.gallery import PLOTS
+    from workflow.reports.registry import PLOTS
 
     runs = [RunDirectory.open(source) for source in sources if isinstance(source, Path)]
     if name == HISTORY:
@@ -120,7 +120,7 @@ def _chosen(first: Source, arguments: argparse.Namespace) -> list[str]:
 
 def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
     """The time series; nothing if the run has none."""
-    from workflow.report.figures import history
+    from workflow.reports.figures import history
 
     scene = packing(directory)
     with Archive(directory / ARCHIVE) as archive:
@@ -137,7 +137,7 @@ def _history(directory: RunDirectory, paths: list[Path]) -> list[Path]:
 
 def _heap(directory: RunDirectory, arguments: argparse.Namespace) -> int:
     """Grains, centre-to-centre vectors, forces with the base profile, voidage and stress lines; a film of an avalanche."""
-    from workflow.report import heap  # matplotlib is slow to import
+    from workflow.reports import heap  # matplotlib is slow to import
 
     scene, out = directory.scene, arguments.out or directory.path
     assert isinstance(scene, Heap)

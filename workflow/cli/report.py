@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from workflow import __version__
-from workflow.analysis.groups import chosen_groups
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files
 from workflow.cli.dumps import measures_of_dump
@@ -28,14 +27,15 @@ from workflow.cli.sources import (
     tell,
 )
 from workflow.cli.status import standing
-from workflow.engine.collect import stored_measures
-from workflow.engine.heap import ground
-from workflow.engine.rundir import ARCHIVE, FINISHED, RunDirectory
 from workflow.errors import InputError, WorkflowError
+from workflow.measures.registry import chosen_groups
+from workflow.pipeline.collect import stored_measures
+from workflow.pipeline.heap import ground
+from workflow.runs.directory import ARCHIVE, FINISHED, RunDirectory
 from workflow.scene.heap import Heap
 
 if TYPE_CHECKING:
-    from workflow.report.page_data import Sheet
+    from workflow.reports.page_data import Sheet
 
 EXAMPLES = """
 wf report packing                          packing/report.html: results, force network, time series, errors, provenance
@@ -62,7 +62,7 @@ def action(arguments: argparse.Namespace) -> int:
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
     sources = list(dict.fromkeys(found for source in given for found in _runs(source)))
-    from workflow.report.page import write_report  # matplotlib is slow to import
+    from workflow.reports.page import write_report  # matplotlib is slow to import
 
     sheets, absent = [], []
     for name, source in zip(_names(sources), sources, strict=True):
@@ -116,7 +116,7 @@ def _state(source: Source) -> str:
 
 
 def _run(name: str, source: Path, arguments: argparse.Namespace) -> Sheet:
-    from workflow.report.page_data import Sheet
+    from workflow.reports.page_data import Sheet
 
     directory = archived(RunDirectory.open(source))
     scene, state = directory.scene, standing(directory)
@@ -156,7 +156,7 @@ def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tupl
 
 
 def _dump(name: str, source: Files, arguments: argparse.Namespace) -> Sheet:
-    from workflow.report.page_data import Sheet
+    from workflow.reports.page_data import Sheet
 
     frame, law = frame_of(source, arguments)
     tell(frame.notes)

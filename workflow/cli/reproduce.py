@@ -10,22 +10,22 @@ from pathlib import Path
 from typing import Any
 
 from workflow.archive.read import Archive
+from workflow.campaign.local import Outcome
+from workflow.campaign.measured import frame_index, law_of
+from workflow.campaign.study import Point, Study
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.deck import job_of
 from workflow.cli.options import command, command_line
 from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
-from workflow.engine.heap import ground
-from workflow.engine.rundir import ARCHIVE
 from workflow.errors import InputError, WorkflowError
+from workflow.pipeline.heap import ground
+from workflow.reproduce.papers import Drawing, Paper, papers, points_of, read_paper
+from workflow.reproduce.pool import Earlier, origin, read_earlier, take_figure
+from workflow.reproduce.readings import lines, read_readings, write_readings
+from workflow.reproduce.runs import provenance, rows, samples_of
+from workflow.reproduce.scoreboard import Row, counts, sections, texts, write
+from workflow.runs.directory import ARCHIVE
 from workflow.scene.heap import Heap
-from workflow.study.ensemble import Point, Study
-from workflow.study.evaluate import frame_index, law_of
-from workflow.study.jobs import Outcome
-from workflow.study.papers import Drawing, Paper, papers, points_of, read_paper
-from workflow.study.pool import Earlier, origin, read_earlier, take_figure
-from workflow.study.readings import lines, read_readings, write_readings
-from workflow.study.reproduce import provenance, rows, samples_of
-from workflow.study.scoreboard import Row, counts, sections, texts, write
 
 EXAMPLES = """
 wf reproduce gilabert2007 --quick --jobs 2           everything in minutes, at a small size: does it work here?
@@ -149,7 +149,7 @@ def _summary(paper: Paper, found: Sequence[Any], figures: Sequence[dict[str, str
 
 def _page(folder: Path, paper: Paper, found: Sequence[Row], figures: Sequence[dict[str, str]], made: Mapping[str, Any]) -> None:
     """The scoreboard with its figures, to look at in a browser."""
-    from workflow.report.study_page import write_page
+    from workflow.reports.study_page import write_page
 
     parts: list[tuple[str, Any]] = [("text", f"{paper.title}."), *(("text", text) for text in texts(paper, found))]
     parts += [("code", f"{name}: {value}") for name, value in made.items()]
@@ -224,9 +224,9 @@ def _draw(study: Study, drawing: Drawing, folder: Path, row: dict[str, str]) -> 
 
 def _plot(study: Study, drawing: Drawing, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
     """Draw by the kind of `wf plot`."""
-    from workflow.report import heap  # matplotlib is slow to import
-    from workflow.report.gallery import PLOTS
-    from workflow.report.sketches import SKETCHES
+    from workflow.reports import heap  # matplotlib is slow to import
+    from workflow.reports.registry import PLOTS
+    from workflow.reproduce.sketches import SKETCHES
 
     kind = drawing.plot
     if kind in SKETCHES:

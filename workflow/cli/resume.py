@@ -9,7 +9,7 @@ from typing import Any
 
 from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import add_run_options, check_ranks, finish
-from workflow.engine.rundir import RunDirectory
+from workflow.runs.directory import RunDirectory
 
 EXAMPLES = """
 wf resume runs/method1-130aae48            continue from the newest checkpoint

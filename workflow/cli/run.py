@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import add_scene, command, scene_of
-from workflow.engine.collect import stored_measures
-from workflow.engine.environment import check_room, engine
-from workflow.engine.launch import run
-from workflow.engine.rundir import INTERRUPTED, RunDirectory, default_directory
+from workflow.pipeline.collect import stored_measures
+from workflow.pipeline.run import run
+from workflow.runs.directory import INTERRUPTED, RunDirectory, default_directory
+from workflow.runs.installation import check_room, engine
 from workflow.scene.heap import Heap
 from workflow.scene.method2 import Method2
 

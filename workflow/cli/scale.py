@@ -12,10 +12,10 @@ from typing import Any
 from workflow.cli.bench import grains, listed, one_of, positive
 from workflow.cli.options import command, whole_number
 from workflow.cli.run import add_oversubscribe
-from workflow.engine.environment import check_room, engine
+from workflow.data.table import write_csv
 from workflow.errors import InputError
-from workflow.study.scale import STATES, Estimate, Stage, estimate, scale
-from workflow.study.table import write_csv
+from workflow.runs.installation import check_room, engine
+from workflow.verification.scale import STATES, Estimate, Stage, estimate, scale
 
 EXAMPLES = """
 wf scale                                          1e5 grains, a gas and a packing, on 1 and 2 ranks

@@ -9,18 +9,18 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from workflow.analysis.frame import Frame
-from workflow.analysis.groups import Constants, chosen_groups
 from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files, gathered
 from workflow.cli.dumps import frame_of_dump, measures_of_dump, options_of, reading_of
-from workflow.engine.archived import archived
-from workflow.engine.collect import ARCHIVE, constants_of, measures_of
-from workflow.engine.rundir import RunDirectory
+from workflow.data.frame import Frame
 from workflow.errors import InputError
+from workflow.measures.registry import Constants, chosen_groups
+from workflow.pipeline.archived import archived
+from workflow.pipeline.collect import ARCHIVE, constants_of, measures_of
+from workflow.runs.directory import RunDirectory
 from workflow.scene.heap import Heap
-from workflow.scene.presets import Packed
+from workflow.scene.registry import Packed
 
 Source = Path | Files  # a run directory, or the dumps of one sample
 

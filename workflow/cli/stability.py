@@ -11,9 +11,9 @@ from typing import Any
 
 from workflow.cli.accuracy import fresh
 from workflow.cli.options import command, command_line
-from workflow.engine.environment import engine
-from workflow.study.stability import INACCURATE, OVERLAP, RESIDUAL, STABLE, UNSTABLE, Verdict, study
-from workflow.study.table import write_csv
+from workflow.data.table import write_csv
+from workflow.runs.installation import engine
+from workflow.verification.stability import INACCURATE, OVERLAP, RESIDUAL, STABLE, UNSTABLE, Verdict, study
 
 EXAMPLES = """
 wf stability --quick --out stability     short runs, a minute or two
@@ -49,8 +49,8 @@ def action(arguments: argparse.Namespace) -> int:
 
 def write(out: Path, found: list[Verdict], words: str) -> None:
     """Table, map and page."""
-    from workflow.report.stability import stability_map  # matplotlib is slow to import
-    from workflow.report.study_page import write_page
+    from workflow.reports.study_page import write_page
+    from workflow.verification.stability_figures import stability_map  # matplotlib is slow to import
 
     write_csv(out / "stability.csv", found)
     stability_map(found, out / "stability.png")

@@ -9,14 +9,15 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.dumps import read_last_row
+from workflow.campaign import slurm
+from workflow.campaign import study as ensemble
+from workflow.campaign.study import POINTS, Study, alive, remaining
 from workflow.cli.options import command
-from workflow.engine.rundir import INTERRUPTED, RUNNING, RunDirectory
-from workflow.engine.watch import describe
+from workflow.data.series import read_last_row
 from workflow.errors import ArchiveError, InputError, WorkflowError
-from workflow.scene.presets import Scene
-from workflow.study import ensemble, slurm
-from workflow.study.ensemble import POINTS, Study, alive, remaining
+from workflow.runs.directory import INTERRUPTED, RUNNING, RunDirectory
+from workflow.runs.progress import describe
+from workflow.scene.registry import Scene
 
 EXAMPLES = """
 wf status                    every run below runs/

@@ -8,17 +8,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from workflow.campaign.cluster import Profile
+from workflow.campaign.local import Outcome, compute, duration
+from workflow.campaign.results import RESULTS, write_results
+from workflow.campaign.slurm import preview, submit
+from workflow.campaign.study import DONE, Study, remaining
+from workflow.campaign.sweep import read_sweep
 from workflow.cli.deck import add_cluster, job_of
 from workflow.cli.options import command
 from workflow.cli.run import add_oversubscribe
-from workflow.deck.schedulers import Profile
-from workflow.engine.environment import check_room, engine
 from workflow.errors import InputError
-from workflow.study.ensemble import DONE, Study, remaining
-from workflow.study.jobs import Outcome, compute, duration
-from workflow.study.results import RESULTS, write_results
-from workflow.study.slurm import preview, submit
-from workflow.study.sweep import read_sweep
+from workflow.runs.installation import check_room, engine
 
 EXAMPLES = """
 wf sweep study.toml --dry-run                 the points and what they would cost

@@ -7,10 +7,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+from workflow.campaign.verify import summary, verify
 from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import add_oversubscribe, check_ranks
-from workflow.engine.rundir import RunDirectory
-from workflow.engine.verify import summary, verify
+from workflow.runs.directory import RunDirectory
 
 EXAMPLES = """
 wf verify runs/method2-130aae48            run it again in a temporary directory and compare every byte

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workflow.errors import InputError
-from workflow.reference.law import APART, CONTACT, Floats, Ints, Motion, Response
+from workflow.reference.cohesive import APART, CONTACT, Floats, Ints, Motion, Response
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 
 from workflow.errors import InputError, WorkflowError
+from workflow.reference.cohesive import PairLaw
 from workflow.reference.discs import Cell, Discs, Energy, Event, Floats, Trajectory, check_times
 from workflow.reference.events import Hit, Search, Solution
-from workflow.reference.law import PairLaw
 from workflow.reference.system import Piece, System, View
 
 SIMULTANEOUS = 1e-12  # events closer than this, in units of the fastest contact's 1/omega, count as one instant

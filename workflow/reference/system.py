@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workflow.reference.cohesive import Motion, PairLaw, Response
 from workflow.reference.discs import Cell, Discs, Floats, Ints, pair_list
-from workflow.reference.law import Motion, PairLaw, Response
 
 
 class View(NamedTuple):

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 from workflow.errors import InputError
 from workflow.scene.method2 import Method2
+from workflow.scene.parameter import quantity
 from workflow.scene.parts import Law
-from workflow.scene.quantity import quantity
 
 MOST_STRESSES = 200  # of one run
 

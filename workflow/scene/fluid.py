@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.ctypeslib import ndpointer
 
+from workflow.data.discs import Discs, strips
 from workflow.errors import EnvironmentFault, InputError
-from workflow.scene.grains import Discs, Floats, cell_length, place, strips
+from workflow.scene.placement import Floats, cell_length, place
 
 LIBRARY = "hard_discs.so"
 CHAIN = 4.0  # length of a chain in largest diameters: a few free paths at the lowest densities

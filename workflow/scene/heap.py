@@ -15,10 +15,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workflow.data.discs import Discs
 from workflow.errors import InputError
-from workflow.scene.grains import Discs
-from workflow.scene.parts import Readings, Step
-from workflow.scene.quantity import quantity
+from workflow.scene.parameter import quantity
+from workflow.scene.parts import Readings
+from workflow.scene.time_step import Step
 
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
 MARGIN = 12.0  # free width beyond each end of the base

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
+from workflow.data.discs import Discs
 from workflow.errors import InputError
-from workflow.scene.grains import VELOCITIES, Discs, gaussian
 from workflow.scene.packing import Packing
-from workflow.scene.parts import Law, Step, choose_step
-from workflow.scene.quantity import quantity
+from workflow.scene.parameter import quantity
+from workflow.scene.parts import Law
+from workflow.scene.placement import VELOCITIES, gaussian
+from workflow.scene.time_step import Step, choose_step
 
 # The paper's sets (sec. III B 2); what is given on top replaces the set's value.
 SERIES: dict[str, dict[str, float]] = {

@@ -13,10 +13,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workflow.data.discs import Discs
 from workflow.errors import InputError
 from workflow.scene.fluid import fluid
-from workflow.scene.grains import Discs, diameters, place
-from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Readings, Step, choose_step
+from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Readings
+from workflow.scene.placement import diameters, place
+from workflow.scene.time_step import Step, choose_step
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read

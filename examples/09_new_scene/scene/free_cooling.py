@@ -12,9 +12,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
-from workflow.scene.grains import Discs, gaussian
+from workflow.data.discs import Discs
 from workflow.scene.packing import Packing
-from workflow.scene.quantity import quantity
+from workflow.scene.parameter import quantity
+from workflow.scene.placement import gaussian
 
 # what a cell under stress needs and this deck has not
 OF_STRESS = ("stress", "cell", "cell_mass", "rate_cap", "wall_cap", "convention", "drag", "dashpots", "rolling_dashpots")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workflow.analysis.frame import Contacts, Frame
+from workflow.data.frame import Contacts, Frame
 
 GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
 

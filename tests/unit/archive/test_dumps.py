@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from lammps_text import GRAINS, contacts_text, grains_text, random_frame
 
-from workflow.analysis.frame import Contacts, Frame
-from workflow.archive import text
-from workflow.archive.dumps import read_blocks, read_frames, read_series
+from workflow.archive.dumps import read_blocks, read_frames
+from workflow.data import text
+from workflow.data.frame import Contacts, Frame
+from workflow.data.series import read_series
 from workflow.errors import ArchiveError
 
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from lammps_text import random_frame
 
-from workflow.analysis.build import make_frame
 from workflow.archive import export
 from workflow.archive.export import FORMATS, contact_columns, grain_columns, graph
+from workflow.data.build import make_frame
 from workflow.errors import EnvironmentFault, InputError
 
 FRAMES = [random_frame(0, stage="a", pairs=0, first_id=10), random_frame(1000, stage="b", first_id=10)]

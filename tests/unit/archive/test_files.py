@@ -10,7 +10,7 @@ from foreign_files import Way, contacts_text, grains_text, packing, write
 
 from workflow.archive.columns import Reading, liggghts_columns
 from workflow.archive.dump_tables import Dump
-from workflow.archive.files import unpacked
+from workflow.archive.formats import unpacked
 from workflow.archive.samples import gathered
 from workflow.cli.main import main
 from workflow.errors import ArchiveError, EnvironmentFault, InputError

@@ -8,15 +8,15 @@ from foreign_files import MU, Way, packing
 from lammps_text import contacts_text, grains_text
 from MDAnalysis.analysis.rdf import InterRDF
 
-from workflow.analysis.clusters import pair_correlation
-from workflow.analysis.contacts import measure, stress_parts
-from workflow.analysis.frame import Contacts, Frame
-from workflow.analysis.groups import Constants, measure_groups, slipping
-from workflow.analysis.network import Springs, degrees, rigidity_matrix, row_owners
 from workflow.archive.columns import Reading
 from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
 from workflow.archive.foreign import Sample, foreign_frames, universe_frame
+from workflow.data.frame import Contacts, Frame
 from workflow.errors import ArchiveError, InputError
+from workflow.measures.clusters import pair_correlation
+from workflow.measures.contacts import measure, stress_parts
+from workflow.measures.network import Springs, degrees, rigidity_matrix, row_owners
+from workflow.measures.registry import Constants, measure_groups, slipping
 
 CELL = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 8\n-0.5 0.5\n"
 HEAD = "ITEM: TIMESTEP\n7\nITEM: NUMBER OF {0}\n{1}\n" + CELL + "ITEM: {0} {2}\n"

@@ -20,8 +20,8 @@ from foreign_files import MU, Way, contacts_text, direct, grains_text, packing, 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from workflow.campaign.measured import found_at
 from workflow.cli.main import main
-from workflow.study.evaluate import found_at
 
 
 def examples(count: int) -> Any:

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workflow.deck import render as render_module
-from workflow.deck.render import data_file, data_parts, fill, render, templates, whole
+from workflow.deck import template as render_module
+from workflow.deck.template import data_file, data_parts, fill, render, templates, whole
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
-from workflow.scene.presets import Scene
+from workflow.scene.registry import Scene
 
 TEMPLATE = """# variable kn index 7 is only a comment
 variable kn    index 1.0e5

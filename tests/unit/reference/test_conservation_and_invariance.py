@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs, Trajectory, pair_list
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
 
 FULL = CohesiveLaw(kn=1e4, kt=8e3, zeta=0.2, mu=0.3, f0=1.0, d0=1e-3, kr=1.0, mur=1e-3)
 LAWS = {

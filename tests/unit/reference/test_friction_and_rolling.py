@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
 
 
 def stuck_pair(law: CohesiveLaw, speed: float = 0.0, spins: tuple[float, float] = (0.0, 0.0), first: float = 1.0) -> Discs:

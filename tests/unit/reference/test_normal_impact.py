@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs, Trajectory
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
 
 # closed forms of smooth pieces joined at located events: what is left is the integration error at rtol 1e-12
 EXACT = 1e-9

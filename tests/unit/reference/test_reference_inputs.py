@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from workflow.errors import InputError, WorkflowError
+from workflow.reference.cohesive import CohesiveLaw, Motion
 from workflow.reference.discs import Cell, Discs, Floats, Ints
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw, Motion
 
 
 def two(**changes: object) -> Discs:

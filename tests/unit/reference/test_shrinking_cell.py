@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Cell, Discs
 from workflow.reference.integrate import integrate
-from workflow.reference.law import CohesiveLaw
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-15}
 FULL = CohesiveLaw(kn=1e4, kt=8e3, zeta=0.2, mu=0.3, f0=1.0, d0=1e-3, kr=1.0, mur=1e-3)

@@ -9,7 +9,7 @@ import pytest
 from workflow.errors import InputError
 from workflow.scene.consolidation import Consolidation
 from workflow.scene.method2 import Method2
-from workflow.scene.presets import scene_from
+from workflow.scene.registry import scene_from
 
 
 def test_stresses_rise_at_equal_ratios_from_the_lowest_to_the_highest_and_fall_through_the_same() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.distance import pdist
 
 from workflow.errors import InputError
 from workflow.scene.heap import FLOOR, Heap
-from workflow.scene.presets import scene_from
+from workflow.scene.registry import scene_from
 
 
 def feed(scene: Heap) -> np.ndarray:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from workflow.errors import InputError
-from workflow.scene.grains import VELOCITIES, gaussian
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
-from workflow.scene.presets import scene_from, to_toml
+from workflow.scene.placement import VELOCITIES, gaussian
+from workflow.scene.registry import scene_from, to_toml
 
 
 @pytest.mark.parametrize(

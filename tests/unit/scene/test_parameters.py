@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workflow.deck.render import render
+from workflow.deck.template import render
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
-from workflow.scene.presets import read_toml, scene_from, to_toml
-from workflow.scene.quantity import quantity_of
+from workflow.scene.parameter import quantity_of
+from workflow.scene.registry import read_toml, scene_from, to_toml
 
 INF, NAN = math.inf, math.nan
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from workflow.data.discs import Discs, strips
 from workflow.errors import InputError
-from workflow.scene.grains import Discs, cell_length, diameters, place, strips
 from workflow.scene.method1 import Method1
+from workflow.scene.placement import cell_length, diameters, place
 
 
 def gaps(discs: Discs) -> np.ndarray:

@@ -17,7 +17,7 @@ from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
-from workflow.scene.presets import SCENES, scene_from, to_toml
+from workflow.scene.registry import SCENES, scene_from, to_toml
 
 PACKED = (Method1, Method2, Consolidation)
 PRINTED = {

@@ -1,0 +1,56 @@
+"""Measures of a run of scene `heap`, with the run's own error figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from workflow.archive.read import Archive
+from workflow.measures.heap import Ground, equivalent_stiffness, measure
+from workflow.pipeline.recorded import recorded
+from workflow.runs.directory import ARCHIVE, RunDirectory
+from workflow.scene.heap import FLOOR, Heap
+
+
+def ground(scene: Heap) -> Ground:
+    """Where the heap of ``scene`` stands."""
+    return Ground(len(scene.base_discs()), scene.middle, FLOOR)
+
+
+def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict[str, Any]:
+    """The measures of a frame of the archive."""
+    series, result = recorded(directory)
+    with Archive(directory / ARCHIVE) as archive:
+        chosen, tracks = archive.frame(frame), archive.tracks
+        last = chosen.step == archive.frame(-1).step
+    row = int(abs(series["step"] - chosen.step).argmin()) if series else None
+    at = {name: float(values[row]) for name, values in series.items()} if row is not None else {}
+    numbers: dict[str, Any] = {"scene": scene.name, **measure(chosen, ground(scene), tracks if last else None)}
+    closes = at and scene.account and scene.base == "rough" and scene.start == "pour" and at["energy_in"]
+    numbers["energy_residual"] = {"value": at["residual"], "relative": at["residual"] / at["energy_in"]} if closes else None
+    if not scene.hooke and numbers["closest_pair"] < 0.0:
+        at_rest = 1.0 + numbers["closest_pair"]
+        stiffness = equivalent_stiffness(scene.index, scene.cutoff, at_rest)
+        numbers["equivalent_hooke"] = {"closest": at_rest, "stiffness": stiffness}
+    step = scene.step_choice
+    overlap, approach = numerics_of(series, "overlap"), numerics_of(series, "approach")
+    if scene.start == "pour" and "largest_approach" not in series:  # rows meet few impacts; none is faster than the fall
+        approach = max(scene.impact_speed, approach)
+    tail = 0.0 if scene.hooke else (scene.cutoff - 1.0) * (1.0 - scene.polydispersity)  # of the force, from r0 to sigma
+    return numbers | {
+        "equilibrated": bool(result.get("equilibrated")) if last else None,
+        "poured": int(at.get("poured", 0)), "removed": int(at.get("removed", 0)),
+        "unbalanced_force": at.get("net_force"), "time": chosen.time, "step": chosen.step,
+        "numerics": {
+            "step": step.step, "step_reason": step.reason, "steps_per_stiffest_period": step.period / step.step,
+            "largest_overlap": overlap if series else None,
+            "fastest_approach": approach,
+            "steps_in_tail": tail / (approach * step.step) if tail and approach else None,
+        },
+    }  # fmt: skip
+
+
+def numerics_of(series: dict[str, Any], name: str) -> float:
+    """Largest overlap or approach of every step; of runs of version 0.2, which did not watch them, of the rows."""
+    if not series:
+        return 0.0
+    return float(series[f"largest_{name}"][-1] if f"largest_{name}" in series else series[name].max())

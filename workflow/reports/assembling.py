@@ -1,0 +1,161 @@
+"""Pictures of how a packing came about: density against time (as in G07 fig. 4), the closing of pores (figs. 5, 7),
+coordination against the first agitation (fig. 8)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from workflow.data.balance import solid_fraction
+from workflow.data.frame import Floats, Frame
+from workflow.errors import InputError
+from workflow.reports.figures import BLUE, GREEN, INK, ORANGE, RED, STYLE, PathLike, save
+from workflow.scene.method2 import Method2
+
+DISC, EDGE = "#5B6B7A", "#FFFFFF"
+WIDTH = 7.0  # inches of all images together
+
+
+def density_history(
+    runs: Mapping[str, Mapping[str, Floats]], path: PathLike | Sequence[PathLike], *, stages: Mapping[str, Mapping[int, str]]
+) -> None:
+    """Solid fraction against time on a logarithmic axis, one curve per run; a dot where a stage ends, with its name.
+
+    ``runs``: label -> time series with ``time``, ``stage`` and ``solid_fraction``; ``stages``: label -> names of stages by
+    number.  The row at t = 0 is left out.  Raises InputError without any row.
+    """
+    if not runs or not all((series["time"] > 0).any() for series in runs.values()):
+        raise InputError("density against time: a run has no row beyond t = 0; let it go on")
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.5, 4.0), layout="constrained")
+        axes = figure.subplots()
+        looks = zip((BLUE, RED, GREEN, ORANGE, INK) * len(runs), ("-", (0, (5, 1)), "-.", ":", "-") * len(runs), strict=True)
+        for (label, series), (colour, dash) in zip(runs.items(), looks, strict=False):
+            shown = series["time"] > 0
+            time, density = series["time"][shown], series["solid_fraction"][shown]
+            axes.plot(time, density, color=colour, linestyle=dash, label=label)
+            _ends(axes, time, density, series["stage"][shown], stages.get(label, {}), colour)
+        axes.set_xscale("log")
+        axes.set_xlabel("$t/T_0$")
+        axes.set_ylabel(r"solid fraction $\Phi$")
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(frameon=False, fontsize=8, loc="upper left")
+        save(figure, path)
+
+
+def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mapping[int, str], colour: str) -> None:
+    rows = np.append(np.flatnonzero(np.diff(stage)), len(stage) - 1)
+    axes.plot(time[rows], density[rows], "o", markersize=4, color=colour)
+    after = np.inf
+    for row in rows[::-1]:  # of stages that follow each other at once the last is named
+        if np.log10(after / time[row]) > 0.2:
+            after = time[row]
+            axes.annotate(names.get(int(stage[row]), ""), (time[row], density[row]), textcoords="offset points",
+                          xytext=(-3, 5), ha="right", fontsize=7, color=colour)  # fmt: skip
+
+
+def agitation(found: Mapping[float, Sequence[float]], path: PathLike | Sequence[PathLike]) -> None:
+    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; an arrow at the speed of
+    the paper's series, 9.48 (G07 fig. 8).  Raises InputError without a sample that moved."""
+    speeds = sorted(speed for speed in found if speed > 0)
+    if not speeds:
+        raise InputError("agitation: no run with V0 > 0 was given; choose one or more")
+    samples = [np.array(found[speed]) for speed in speeds]
+    error = [z.std(ddof=1) / np.sqrt(len(z)) if len(z) > 1 else 0.0 for z in samples]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3.4, 2.7), layout="constrained")
+        axes = figure.subplots()
+        mean = [z.mean() for z in samples]
+        axes.errorbar(speeds, mean, error, fmt="o-", color=INK, markersize=4, linewidth=0.8, ecolor=BLUE)
+        usual = Method2.v0
+        if usual in found:
+            axes.annotate("", (usual, np.mean(found[usual]) - 0.02), (0, -22), textcoords="offset points",
+                          arrowprops={"arrowstyle": "-|>", "color": RED})  # fmt: skip
+        axes.set(xscale="log", xlabel="$V_0/V^*$", ylabel="coordination number $z$")
+        axes.spines[["top", "right"]].set_visible(False)
+        save(figure, path)
+
+
+def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathLike | Sequence[PathLike]) -> None:
+    """Solid fraction and coordination number against P* on a logarithmic axis; open marks where the stress falls.
+
+    ``runs``: label -> (P*, Phi, z), float64 (n,), in the order in which the stresses were put on.  Raises InputError
+    without a run.
+    """
+    if not runs:
+        raise InputError("consolidation: no run was given; choose one or more")
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+        names = (r"solid fraction $\Phi$", "coordination number $z$")
+        for column, (axes, name) in enumerate(zip(figure.subplots(1, 2), names, strict=True)):
+            colours = (BLUE, RED, GREEN, ORANGE, INK) * len(runs)
+            for (label, curve), colour in zip(runs.items(), colours, strict=False):
+                stress, value = curve[0], curve[1 + column]
+                top = int(np.argmax(stress))
+                axes.plot(stress[: top + 1], value[: top + 1], "o-", markersize=4, color=colour, label=label)
+                axes.plot(stress[top:], value[top:], "o--", markersize=4, color=colour, markerfacecolor="none", zorder=1)
+            axes.set(xscale="log", xlabel="$P^*$", ylabel=name)
+            axes.spines[["top", "right"]].set_visible(False)
+        figure.axes[0].legend(frameon=False, fontsize=8, loc="lower right")
+        save(figure, path)
+
+
+def snapshots(frames: Sequence[Frame], path: PathLike | Sequence[PathLike], *, names: Sequence[str]) -> None:
+    """Frames side by side at one scale, each with its cell, so that the shrinking of cell and pores is seen.
+
+    ``names``: a word for each image, written above it with Phi and time.  Raises InputError without a frame.
+    """
+    if not frames:
+        raise InputError("snapshots: no frame was given; choose one or more")
+    with mpl.rc_context(STYLE):
+        columns = min(len(frames), 4)
+        rows = -(-len(frames) // columns)
+        extent = np.max([frame.cell for frame in frames], axis=0)
+        side = WIDTH / columns
+        figure = Figure(figsize=(WIDTH, rows * (side * extent[1] / extent[0] + 0.35)), layout="constrained")
+        grid = list(figure.subplots(rows, columns, squeeze=False).flat)
+        for axes, frame, name in zip(grid, frames, names, strict=False):
+            _image(axes, frame, extent, side / extent[0] * 72)
+            axes.set_title(f"{name}\n$\\Phi$ = {solid_fraction(frame):.3f}, $t$ = {frame.time:.4g} $T_0$", fontsize=7)
+        for axes in grid:
+            axes.set_axis_off()
+        save(figure, path)
+
+
+def _image(axes: Axes, frame: Frame, extent: Floats, points: float) -> None:
+    """Filled discs with the images that reach over an edge, in the middle of a window of size ``extent``."""
+    centre = frame.origin + np.mod(frame.position - frame.origin, frame.cell)
+    middle = frame.origin + frame.cell / 2
+    for image in product((-1, 0, 1), repeat=2):
+        moved = centre + np.array(image) * frame.cell
+        away = np.abs(moved - middle) - frame.cell / 2
+        seen = (away < frame.diameter[:, None] / 2).all(axis=1)
+        size = frame.diameter[seen]
+        axes.add_collection(
+            EllipseCollection(
+                size, size, np.zeros_like(size), units="xy", offsets=moved[seen], offset_transform=axes.transData,
+                facecolors=DISC, edgecolors=EDGE, linewidths=min(0.02 * points, 0.4),
+            )
+        )  # fmt: skip
+    corner, (width, height) = frame.origin, frame.cell
+    axes.add_patch(Rectangle(tuple(corner), width, height, fill=False, edgecolor=INK, linewidth=0.6))
+    half = 0.51 * extent
+    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]), aspect="equal",
+             xticks=[], yticks=[])  # fmt: skip
+
+
+def closing(frames: Sequence[Frame], count: int = 4) -> list[int]:
+    """Indices of up to ``count`` frames from the last of the loosest stage on, spread evenly over solid fraction."""
+    density = np.array([solid_fraction(frame) for frame in frames])
+    under = [k for k, frame in enumerate(frames) if frame.stage.startswith(("load", "settle"))]
+    first = max(under[0] - 1, 0) if under else 0
+    wanted = np.linspace(density[first], density[-1], count)
+    chosen = {first, len(frames) - 1, *(first + int(np.argmin(np.abs(density[first:] - value))) for value in wanted)}
+    return [*sorted(chosen)[:-1][: count - 1], len(frames) - 1]

@@ -1,0 +1,146 @@
+"""Pictures of a heap (as in B97 figs. 1 to 3) and a film of its largest avalanche."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from workflow.data.files import replacing
+from workflow.data.frame import Bools, Floats, Frame
+from workflow.errors import InputError
+from workflow.measures.heap import Avalanche, Ground, Tracks, base_forces, fields, in_heap, smooth, surface
+from workflow.reports.figures import BLUE, FILL, INK, OUTLINE, RED, STYLE, save
+
+WIDE = 8.0  # inches
+FILM_FRAMES, FILM_PAUSE = 40, 120  # at most; milliseconds
+
+
+def _axes(figure: Figure, axes: Axes, frame: Frame, ground: Ground) -> None:
+    """The heap with its base, equal scales, x from the middle."""
+    own = in_heap(frame, ground)
+    x = frame.position[own, 0] - ground.middle
+    half = max(float(np.abs(x).max(initial=5.0)) + 2.0, 8.0)
+    top = float((frame.position[own, 1] - ground.level).max(initial=4.0)) + 2.0
+    axes.set(xlim=(-half, half), ylim=(-1.0, top), aspect="equal", ylabel=r"$y/\sigma$")
+
+
+def _discs(axes: Axes, place: Floats, size: Floats, colours: str | list[str]) -> None:
+    axes.add_collection(
+        EllipseCollection(
+            size, size, np.zeros_like(size), units="xy", offsets=place, offset_transform=axes.transData, facecolors=colours,
+            edgecolors=OUTLINE, linewidths=0.25,
+        )
+    )  # fmt: skip
+
+
+def snapshot(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
+    """The grains (fig. 1a) with the surface profile."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 2.9), layout="compressed")
+        axes = figure.subplots()
+        _axes(figure, axes, frame, ground)
+        fixed, own = frame.ids <= ground.base, in_heap(frame, ground)
+        colours = np.where(fixed, OUTLINE, FILL).tolist()
+        _discs(axes, frame.position - [ground.middle, ground.level], frame.diameter, colours)
+        profile = surface(frame.position[own], frame.diameter[own], ground)
+        axes.plot(profile.x, profile.height, color=RED, linewidth=0.9)
+        axes.set(xlabel=r"$x/\sigma$", title=f"{own.sum()} grains, $t$ = {frame.time:.5g}")
+        save(figure, path)
+
+
+def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 1.2) -> None:
+    """Centre-to-centre vectors of pairs closer than ``range_`` (figs. 2, 5, 6, 8): light regions are loosely packed."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 2.9), layout="compressed")
+        axes = figure.subplots()
+        _axes(figure, axes, frame, ground)
+        table = frame.contacts.select(frame.contacts.distance < range_)
+        start = frame.position[table.i] - [ground.middle, ground.level]
+        axes.add_collection(LineCollection(list(np.stack((start, start + table.branch), axis=1)), colors=INK, linewidths=0.5))
+        axes.set(xlabel=r"$x/\sigma$", title=f"centre-to-centre vectors, $t$ = {frame.time:.5g}")
+        save(figure, path)
+
+
+def forces(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
+    """Normal forces as lines whose width is the force (fig. 3a), and the base force profile below (fig. 3b)."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 4.6), layout="compressed")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+        _axes(figure, top, frame, ground)
+        table = frame.contacts
+        size = table.normal_force / max(float(table.normal_force.max(initial=1.0)), 1e-12)
+        start = frame.position[table.i] - [ground.middle, ground.level]
+        lines = list(np.stack((start, start + table.branch), axis=1))
+        top.add_collection(LineCollection(lines, colors=RED, linewidths=3.0 * size))
+        top.set_title(f"normal forces, widest {float(table.normal_force.max(initial=0.0)):.1f} $mg$")
+        x, force = base_forces(frame, ground)
+        bottom.bar(x, force, width=0.8, color=FILL, edgecolor=OUTLINE, linewidth=0.4, label="each base disc")
+        bottom.plot(x, smooth(x, x, force, 2.0), color=BLUE, label=r"smoothed over 2 $\sigma$")
+        bottom.set(xlabel=r"$x/\sigma$", ylabel="$F_B/mg$")
+        bottom.legend(frameon=False, fontsize=8)
+        save(figure, path)
+
+
+def maps(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
+    """Voidage, and lines along the largest compression coloured by its size."""
+    grid = fields(frame, ground)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 4.2), layout="compressed")
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        for axes in (top, bottom):
+            _axes(figure, axes, frame, ground)
+        image = top.pcolormesh(grid.x, grid.y, grid.voidage, cmap="viridis", shading="nearest")
+        figure.colorbar(image, ax=top, label="voidage", aspect=12)
+        size = np.linalg.eigvalsh(np.nan_to_num(grid.stress))[..., 1]
+        along = grid.major
+        # a line has no sense of direction: let all point downwards, so that neighbours agree
+        along = np.where(along[..., 1:] > 0.0, -along, along)
+        along[np.isnan(grid.voidage)] = np.nan
+        lines = bottom.streamplot(
+            grid.x, grid.y, along[..., 0], along[..., 1], color=size, cmap="magma_r", linewidth=0.9, arrowstyle="-", density=1.6
+        )
+        figure.colorbar(lines.lines, ax=bottom, label=r"largest stress [$mg/\sigma$]", aspect=12)
+        bottom.set(xlabel=r"$x/\sigma$")
+        save(figure, path)
+
+
+def film(tracks: Tracks, ground: Ground, event: Avalanche, path: Path) -> None:
+    """Animated GIF of one avalanche, from a little before to a little after; grains that moved since the frame before red."""
+    chosen = np.flatnonzero((tracks.time >= event.begin - 8.0) & (tracks.time <= event.end + 8.0))[:FILM_FRAMES]
+    if len(chosen) < 2:
+        raise InputError(f"film: no records between t = {event.begin} and {event.end}; use a shorter --track-interval")
+    moved = np.zeros(len(tracks.ids), dtype=bool)
+    pictures = []
+    for k in chosen:
+        if k > chosen[0]:
+            moved = np.nan_to_num(np.hypot(*(tracks.position[k] - tracks.position[k - 1]).T)) > 0.25
+        pictures.append(_picture(tracks, k, ground, moved))
+    with replacing(path) as draft:
+        pictures[0].save(draft, "GIF", save_all=True, append_images=pictures[1:], duration=FILM_PAUSE, loop=0)
+
+
+def _picture(tracks: Tracks, k: int, ground: Ground, moved: Bools) -> Image.Image:
+    present = ~np.isnan(tracks.position[k, :, 0])
+    place = tracks.position[k, present] - [ground.middle, ground.level]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 3.0), dpi=100, layout="compressed")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        last = tracks.position[-1, tracks.ids > ground.base] - [ground.middle, ground.level]
+        half, top = np.nanquantile(np.abs(last[:, 0]), 0.98) + 3.0, np.nanquantile(last[:, 1], 0.99) + 4.0
+        axes.set(xlim=(-half, half), ylim=(-1.0, top), aspect="equal", title=f"$t$ = {tracks.time[k]:.1f}")
+        fixed = tracks.ids[present] <= ground.base
+        colours = np.where(fixed, OUTLINE, np.where(moved[present], RED, FILL)).tolist()
+        _discs(axes, place, np.ones(len(place)), colours)
+        buffer = BytesIO()
+        figure.savefig(buffer, format="png")
+    return Image.open(buffer).convert("P", palette=Image.Palette.ADAPTIVE)

@@ -13,9 +13,9 @@ from workflow.archive.read import Archive
 from workflow.data.files import replacing
 from workflow.errors import InputError
 from workflow.measures.heap import dip, mean_profile
-from workflow.measures.registry import GROUPS, Constants
+from workflow.measures.registry import GROUPS, Settings
 from workflow.measures.samples import pool
-from workflow.pipeline.collect import constants_of, measures_of, stored_measures
+from workflow.pipeline.collect import measures_of, settings_of, stored_measures
 from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.scene.heap import Heap
 
@@ -67,12 +67,12 @@ def measured(directory: RunDirectory, stage: str | None, group: str | None, kept
     return dict(table[key])
 
 
-def law_of(directory: RunDirectory, stage: str | None) -> Constants | None:
-    """The law at the end of ``stage``, None for a heap."""
+def settings_at(directory: RunDirectory, stage: str | None) -> Settings | None:
+    """The settings of the measures at the end of ``stage``, None for a heap."""
     scene = directory.scene
     if isinstance(scene, Heap):
         return None
-    return constants_of(scene, scene.law_of(stage or list(scene.stages.values())[-1]))
+    return settings_of(scene, scene.law_of(stage or list(scene.stages.values())[-1]))
 
 
 def group_of(measure: str) -> str | None:
@@ -88,16 +88,16 @@ def found_at(tree: Any, path: str) -> float | None:
     return float(tree) if isinstance(tree, int | float) and not isinstance(tree, bool) else None
 
 
-def of_samples(measure: str, samples: Sequence[Measures], law: Constants | None) -> float | None:
+def of_samples(measure: str, samples: Sequence[Measures], settings: Settings | None) -> float | None:
     """The value of a measure over samples: the mean of those that have it, or what is only had from all together."""
     first = measure.split(".")[0]
     if first in TOGETHER:
-        return found_at(TOGETHER[first](samples, law), measure.partition(".")[2]) if samples else None
+        return found_at(TOGETHER[first](samples, settings), measure.partition(".")[2]) if samples else None
     values = [value for value in (found_at(sample, measure) for sample in samples) if value is not None]
     return float(np.mean(values)) if values else None
 
 
-def jackknife(measure: str, samples: Sequence[Measures], law: Constants | None) -> float | None:
+def jackknife(measure: str, samples: Sequence[Measures], settings: Settings | None) -> float | None:
     """Standard error of `of_samples`: sqrt((n - 1)/n sum (x_i - <x>)^2), x_i the value without sample i.
 
     For a mean this is the scatter over sqrt(n).  None for fewer than two samples.
@@ -105,18 +105,18 @@ def jackknife(measure: str, samples: Sequence[Measures], law: Constants | None) 
     count = len(samples)
     if count < 2:
         return None
-    found = [of_samples(measure, [*samples[:k], *samples[k + 1 :]], law) for k in range(count)]
+    found = [of_samples(measure, [*samples[:k], *samples[k + 1 :]], settings) for k in range(count)]
     left = np.array([value for value in found if value is not None])
     return float(np.sqrt((count - 1.0) / count * np.sum((left - left.mean()) ** 2))) if len(left) == count else None
 
 
-def _density(samples: Sequence[Measures], law: Constants | None) -> Measures:
+def _density(samples: Sequence[Measures], settings: Settings | None) -> Measures:
     """I(k) averaged over the samples and its fit by eq. 28."""
-    assert law is not None
-    return dict(pool([{"density": sample["density"]} for sample in samples], law)["density"])
+    assert settings is not None
+    return dict(pool([{"density": sample["density"]} for sample in samples], settings)["density"])
 
 
-def _base_profile(samples: Sequence[Measures], law: Constants | None) -> Measures:
+def _base_profile(samples: Sequence[Measures], settings: Settings | None) -> Measures:
     """The base force profile averaged over heaps: how far its centre lies below its maxima, and these over it."""
     heaps = [(np.array(s["base_force_profile"]["x"]), np.array(s["base_force_profile"]["force"])) for s in samples]
     mean = mean_profile(heaps)
@@ -124,14 +124,14 @@ def _base_profile(samples: Sequence[Measures], law: Constants | None) -> Measure
     return {"dip": below, "maxima_above_centre": 1.0 / (1.0 - below) - 1.0} if np.isfinite(below) and below < 1.0 else {}
 
 
-def _avalanches(samples: Sequence[Measures], law: Constants | None) -> Measures:
+def _avalanches(samples: Sequence[Measures], settings: Settings | None) -> Measures:
     """Mean depth of the largest avalanches of each heap."""
     events = [sorted(s["avalanches"] or [], key=lambda event: -event["size"])[:LARGEST] for s in samples]
     depths = [event["depth"] for heap in events for event in heap]
     return {"depth_of_largest": float(np.mean(depths))} if depths else {}
 
 
-TOGETHER: dict[str, Callable[[Sequence[Measures], Constants | None], Measures]] = {
+TOGETHER: dict[str, Callable[[Sequence[Measures], Settings | None], Measures]] = {
     "density": _density,
     "base_profile": _base_profile,
     "avalanches": _avalanches,

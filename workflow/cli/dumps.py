@@ -12,13 +12,13 @@ import numpy as np
 
 from workflow.archive.columns import Reading
 from workflow.archive.samples import Files
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Frame
 from workflow.errors import InputError
 from workflow.measures.contacts import measure, stress_parts
-from workflow.measures.network import Springs
-from workflow.measures.registry import Constants, attempt, measure_groups, slipping
+from workflow.measures.registry import Settings, attempt, measure_groups, slipping
 
-OPTIONS = ("window", "spacing")  # of the command line that are fields of Constants
+OPTIONS = ("window", "spacing")  # of the command line that are fields of Settings
 
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -31,15 +31,15 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return given
 
 
-def measures_of_dump(frame: Frame, law: Constants, groups: Sequence[str]) -> dict[str, Any]:
+def measures_of_dump(frame: Frame, settings: Settings, groups: Sequence[str]) -> dict[str, Any]:
     """The standard numbers with the two parts of the stress, the groups, and the notes."""
-    numbers = measure(frame, force_unit=law.force_unit, tolerance=law.tolerance)
+    numbers = measure(frame, force_unit=settings.force_unit, tolerance=settings.tolerance)
     numbers["stress"] |= stress_parts(frame)
     sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
     time = None if "time" in frame.lacks else frame.time
-    found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, law, groups)
+    found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, settings, groups)
     if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):
-        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, law))
+        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, settings))
     return found | {"time": time, "step": frame.step, "notes": list(frame.notes)}
 
 
@@ -56,7 +56,7 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
     )  # fmt: skip
 
 
-def frame_of_dump(files: Files, arguments: argparse.Namespace) -> tuple[Frame, Constants]:
+def frame_of_dump(files: Files, arguments: argparse.Namespace) -> tuple[Frame, Settings]:
     cohesive = arguments.f0 > 0
     if cohesive and not (arguments.d0 or 0) > 0:
         raise InputError(f"--f0 {arguments.f0:g} needs the range of the attraction; add --d0")
@@ -68,18 +68,20 @@ def frame_of_dump(files: Files, arguments: argparse.Namespace) -> tuple[Frame, C
     normal = abs(frame.contacts.normal_force) if "normal" not in frame.lacks else np.empty(0)
     unit = arguments.force_unit or (arguments.f0 if cohesive else float(normal.mean() if len(normal) else 0.0)) or 1.0
     kt = arguments.kn if arguments.kt is None else arguments.kt
-    law = Constants(
-        springs=Springs(arguments.kn, kt, arguments.kr, -arguments.f0 / arguments.d0 if cohesive else 0.0),
-        friction=_friction(frame, arguments.mu), rolling=arguments.kr > 0, force_unit=unit, cohesive=cohesive,
+    known = arguments.mu is not None
+    law = ContactLaw(
+        kn=arguments.kn, kt=kt, mu=arguments.mu if known else math.nan, f0=arguments.f0, d0=arguments.d0 if cohesive else 0.0,
+        kr=arguments.kr, mur=math.inf if arguments.kr > 0 else 0.0,
+    )  # fmt: skip
+    return frame, Settings(
+        law, shows_friction=_shows_friction(frame), force_unit=unit,
         length=1.0 if "diameter" in frame.lacks else float(frame.diameter.max()), **options_of(arguments),
     )  # fmt: skip
-    return frame, law
 
 
-def _friction(frame: Frame, mu: float | None) -> float | None:
-    """mu; NaN where the file itself shows that there is friction, by tangential forces and flags of sliding."""
-    shown = not {"tangential", "sliding"} & frame.lacks and bool(frame.contacts.tangential.any())
-    return mu if mu is not None else math.nan if shown else None
+def _shows_friction(frame: Frame) -> bool:
+    """The file itself shows that there is friction, by tangential forces and flags of sliding."""
+    return not {"tangential", "sliding"} & frame.lacks and bool(frame.contacts.tangential.any())
 
 
 def _names(arguments: argparse.Namespace) -> dict[str, str]:

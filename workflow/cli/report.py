@@ -170,7 +170,7 @@ def _dump(name: str, source: Files, arguments: argparse.Namespace) -> Sheet:
     return Sheet(
         name=name, title="dump of another program", state="dump", reason=None,
         note=f"Frame {arguments.frame}, {clock}step {frame.step}.", frame=frame, force_unit=law.force_unit,
-        tolerance=law.tolerance, cohesive=law.cohesive, length=law.length, scene=None, ground=None, series={},
+        tolerance=law.tolerance, cohesive=law.law.cohesive, length=law.length, scene=None, ground=None, series={},
         measures=measures, numbers=list(lines({key: value for key, value in measures.items() if key != "notes"})),
         provenance=[*said, *rows, ("command of this page", given), ("page by", f"workflow {__version__}")], text="",
     )  # fmt: skip

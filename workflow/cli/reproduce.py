@@ -11,7 +11,7 @@ from typing import Any
 
 from workflow.archive.read import Archive
 from workflow.campaign.local import Outcome
-from workflow.campaign.measured import frame_index, law_of
+from workflow.campaign.measured import frame_index, settings_at
 from workflow.campaign.study import Point, Study
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.deck import job_of
@@ -246,5 +246,5 @@ def _plot(study: Study, drawing: Drawing, points: Sequence[tuple[Point, str | No
         kinds = {"heap": heap.snapshot, "vectors": heap.vectors, "forces": heap.forces, "maps": heap.maps}
         kinds[kind](frames[0], ground(scene), [path])
         return
-    laws = [law_of(directory, stage) for directory, (_, stage) in zip(directories, points, strict=True)]
+    laws = [settings_at(directory, stage) for directory, (_, stage) in zip(directories, points, strict=True)]
     PLOTS[kind].draw([(frame, law) for frame, law in zip(frames, laws, strict=True) if law is not None], [path])

@@ -15,9 +15,9 @@ from workflow.archive.samples import Files, gathered
 from workflow.cli.dumps import frame_of_dump, measures_of_dump, options_of, reading_of
 from workflow.data.frame import Frame
 from workflow.errors import InputError
-from workflow.measures.registry import Constants, chosen_groups
+from workflow.measures.registry import Settings, chosen_groups
 from workflow.pipeline.archived import archived
-from workflow.pipeline.collect import ARCHIVE, constants_of, measures_of
+from workflow.pipeline.collect import ARCHIVE, measures_of, settings_of
 from workflow.runs.directory import RunDirectory
 from workflow.scene.heap import Heap
 from workflow.scene.registry import Packed
@@ -103,15 +103,15 @@ def folder_of(source: Source) -> Path:
     return source if isinstance(source, Path) else source.grains[0].parent
 
 
-def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Constants]:
-    """The frame that ``arguments`` choose, and the constants of its law."""
+def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Settings]:
+    """The frame that ``arguments`` choose, and the settings of its measures."""
     if isinstance(source, Files):
         return frame_of_dump(source, arguments)
     directory = archived(RunDirectory.open(source))
     with Archive(directory / ARCHIVE) as archive:
         frame = archive.frame(arguments.frame)
     scene = packing(directory)
-    return frame, constants_of(scene, scene.law_of(frame.stage), **options_of(arguments))
+    return frame, settings_of(scene, scene.law_of(frame.stage), **options_of(arguments))
 
 
 def frames_of(source: Source, arguments: argparse.Namespace, *, notes: bool) -> Iterator[Frame]:

@@ -12,9 +12,10 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, diags_array, eye_array
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame
 from workflow.errors import InputError, WorkflowError
-from workflow.measures.network import Degrees, Springs, degrees, stiffness_matrix
+from workflow.measures.network import Degrees, degrees, stiffness_matrix
 from workflow.measures.rigidity import dimensionless, grain_order, length_unit
 from workflow.measures.sparse_rank import eigenvalues_below, factorise
 
@@ -60,7 +61,7 @@ class Vibrations:
     modes: Floats
 
 
-def elastic_moduli(frame: Frame, *, springs: Springs, friction: bool = True, rolling: bool = False) -> Moduli:
+def elastic_moduli(frame: Frame, *, law: ContactLaw, friction: bool = True, rolling: bool = False) -> Moduli:
     """C = (K_ee - K_eu K_uu^-1 K_ue)/A with u the grains and e the cell: the grains relax under its strain.
 
     Mechanisms of the grains carry no load and are left where they are.  Raises WorkflowError if the grains find no
@@ -68,11 +69,11 @@ def elastic_moduli(frame: Frame, *, springs: Springs, friction: bool = True, rol
     """
     book = degrees(frame, friction=friction, rolling=rolling, free_cell=True)
     length = length_unit(frame)
-    stiffness = stiffness_matrix(frame, book, springs, length) / springs.normal
+    stiffness = stiffness_matrix(frame, book, law, length) / law.kn
     inner = csc_array(stiffness[:-2, :-2])
     load = stiffness[:-2, -2:].toarray()
     moduli = stiffness[-2:, -2:].toarray() - load.T @ _relax(inner, load)
-    moduli *= springs.normal * length**2 / frame.area
+    moduli *= law.kn * length**2 / frame.area
     return Moduli(float(moduli[0, 0]), float(moduli[1, 1]), float(moduli[0, 1]))
 
 
@@ -92,7 +93,7 @@ def _relax(inner: csc_array, load: Floats) -> Floats:
 
 
 def vibrations(
-    frame: Frame, *, springs: Springs, friction: bool = True, rolling: bool = False, count: int | None = None
+    frame: Frame, *, law: ContactLaw, friction: bool = True, rolling: bool = False, count: int | None = None
 ) -> Vibrations:
     """Vibration modes of ``frame`` in its fixed cell: see ``Vibrations``.
 
@@ -107,7 +108,7 @@ def vibrations(
     inertia = frame.mass * frame.diameter**2 / 8.0 / length**2
     mass = np.column_stack((frame.mass, frame.mass, inertia))[:, : book.per_grain].ravel()
     weight = diags_array(1.0 / np.sqrt(mass))
-    dynamical = csc_array(weight @ stiffness_matrix(frame, book, springs, length) @ weight)
+    dynamical = csc_array(weight @ stiffness_matrix(frame, book, law, length) @ weight)
     if count is None:
         values, vectors = eigh(dynamical.toarray())
         # an arm that only rolling springs hold is softer than any threshold for "zero": the rank says how many are

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame
-from workflow.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -45,30 +45,23 @@ class Energies:
         return asdict(self) | {"kinetic": self.kinetic, "elastic": self.elastic, "total": self.total}
 
 
-def adhesion(gap: Floats, *, f0: float, d0: float) -> Floats:
+def adhesion(gap: Floats, law: ContactLaw) -> Floats:
     """Potential of the attraction, (M,): its -dU/dh is the attractive force of G07 eqs. 4, 5.
 
     U = -F0 (D0 - h)^2/(2 D0) for 0 <= h <= D0; U = -F0 D0/2 + F0 h for h < 0; 0 beyond the range.
     """
-    tail = np.clip(d0 - gap, 0.0, d0)
-    return -f0 * tail**2 / (2 * d0 or 1.0) + f0 * np.minimum(gap, 0.0)
+    tail = np.clip(law.d0 - gap, 0.0, law.d0)
+    return -law.f0 * tail**2 / (2 * law.d0 or 1.0) + law.f0 * np.minimum(gap, 0.0)
 
 
-def energies(frame: Frame, *, kn: float, kt: float, kr: float, f0: float, d0: float) -> Energies:
-    """Energies of ``frame`` for the law constants K_N, K_T, K_r, F0, D0 (0 switches a part off; K_N > 0).
-
-    The velocity is the one relative to the affine motion of the cell.  Raises InputError for a negative constant.
-    """
-    constants = {"kn": kn, "kt": kt, "kr": kr, "f0": f0, "d0": d0}
-    for name, value in constants.items():
-        if not value >= 0 or (name == "kn" and value == 0):
-            raise InputError(f"{name} is {value}; it must be {'positive' if name == 'kn' else '>= 0'}: give the law's")
+def energies(frame: Frame, law: ContactLaw) -> Energies:
+    """Energies of ``frame``, whose contacts obey ``law``; the velocity is the one relative to the affine motion of the cell."""
     table, m = frame.contacts, frame.mass
     return Energies(
         translation=float((m * (frame.velocity**2).sum(axis=1)).sum() / 2),
         rotation=float((m * (frame.diameter * frame.spin) ** 2).sum() / 16),
-        normal=float((table.elastic**2).sum() / (2 * kn)),
-        tangential=float(kt * (table.stretch**2).sum() / 2),
-        rolling=float(kr * (table.rotation**2).sum() / 2),
-        adhesion=float(adhesion(table.gap, f0=f0, d0=d0).sum()),
+        normal=float((table.elastic**2).sum() / (2 * law.kn)),
+        tangential=float(law.kt * (table.stretch**2).sum() / 2),
+        rolling=float(law.kr * (table.rotation**2).sum() / 2),
+        adhesion=float(adhesion(table.gap, law).sum()),
     )

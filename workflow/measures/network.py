@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, vstack
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame, Ints
 from workflow.errors import InputError
 
@@ -58,28 +59,6 @@ class Degrees:
     def rows(self) -> int:
         """M = per_contact N_c + N_d."""
         return self.per_contact * self.contacts + self.distant
-
-
-@dataclass(frozen=True)
-class Springs:
-    """Contact stiffnesses: ``normal`` K_N, ``tangential`` K_T [force/length], ``rolling`` K_r [moment], and
-    ``distant``, the stiffness of pairs at a distance, -F0/D0 in the law of G07 (eq. 4), never positive.
-    """
-
-    normal: float
-    tangential: float = 0.0
-    rolling: float = 0.0
-    distant: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value, valid, allowed in (
-            ("normal", self.normal, 0.0 < self.normal < np.inf, "a positive number"),
-            ("tangential", self.tangential, 0.0 <= self.tangential < np.inf, "a number >= 0"),
-            ("rolling", self.rolling, 0.0 <= self.rolling < np.inf, "a number >= 0"),
-            ("distant", self.distant, -np.inf < self.distant <= 0.0, "a number <= 0 (it is -F0/D0)"),
-        ):
-            if not valid:
-                raise InputError(f"springs: '{name}' is {value}; it must be {allowed}")
 
 
 def degrees(frame: Frame, *, friction: bool, rolling: bool = False, free_cell: bool = False) -> Degrees:
@@ -153,19 +132,17 @@ def _rows(frame: Frame, book: Degrees, chosen: Ints, axis: Floats, branch: Float
     return rows
 
 
-def stiffness_matrix(frame: Frame, book: Degrees, springs: Springs, length: float = 1.0) -> csc_array:
+def stiffness_matrix(frame: Frame, book: Degrees, law: ContactLaw, length: float = 1.0) -> csc_array:
     """Stiffness matrix K = G^T k G, (N_f, N_f) (G07 A6): the Hessian of the elastic energy at zero prestress.
 
     k is diagonal: K_N or, for distant pairs, -F0/D0; K_T; K_r.  Prestress corrections are left out, as in the paper.
     ``length``: unit of length, as in ``rigidity_matrix`` (K then has the unit of a force over a length throughout).
     Raises InputError if a stiffness that the book needs is zero.
     """
-    for name, needed in (("tangential", book.friction), ("rolling", book.rolling)):
-        if needed and not getattr(springs, name):
-            raise InputError(f"springs: '{name}' is 0 but the network resists that motion; give a positive stiffness")
+    for name, needed in (("kt", book.friction), ("kr", book.rolling)):
+        if needed and not getattr(law, name):
+            raise InputError(f"law: '{name}' is 0 but the network resists that motion; give a positive stiffness")
     matrix = rigidity_matrix(frame, book, length)
-    kinds = np.repeat(
-        [springs.tangential, springs.rolling / length**2], [book.contacts * book.friction, book.contacts * book.rolling]
-    )
-    normal = np.where(frame.contacts.touching, springs.normal, springs.distant)
+    kinds = np.repeat([law.kt, law.kr / length**2], [book.contacts * book.friction, book.contacts * book.rolling])
+    normal = np.where(frame.contacts.touching, law.kn, law.tail_stiffness)
     return csc_array(matrix.T @ diags_array(np.concatenate((normal, kinds))) @ matrix)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame, Ints
 from workflow.errors import InputError, WorkflowError
 from workflow.measures.clusters import aggregates, local_coordination, pair_correlation
@@ -27,7 +28,6 @@ from workflow.measures.forces import (
 from workflow.measures.fractal import FEW, fit_fractal
 from workflow.measures.holes import Holes, grid_holes, holes
 from workflow.measures.modes import hyperstatic_clusters, mobility, without_loose
-from workflow.measures.network import Springs
 from workflow.measures.pebble import rigid_clusters
 from workflow.measures.percolation import Clusters, percolation, stressed_clusters
 from workflow.measures.rigidity import rigidity
@@ -38,22 +38,19 @@ PER_DECADE = 16  # shells of |k|
 
 
 @dataclass(frozen=True)
-class Constants:
-    """What the groups need to know beside the frame.
+class Settings:
+    """What the groups need to know beside the frame: the law of its contacts, units, and resolution.
 
-    ``springs``: contact stiffnesses.  ``friction`` mu (NaN: there is friction, how much is unknown; None: unknown);
-    ``rolling``: contacts resist rolling.  ``force_unit`` F1 = max(F0, P
-    a) and ``tolerance``: forces below tolerance F1 count as none.  ``cohesive``: an attraction acts.  ``length`` a.
+    ``law``: constants of the contact law; ``shows_friction``: where its mu is not known, the data show that there is friction.
+    ``force_unit`` F1 = max(F0, P a) and ``tolerance``: forces below tolerance F1 count as none.  ``length`` a.
     ``window``: range of k of the fractal fit (None: from the smallest k of the cell to pi/a).  ``spacing`` of the mesh of
     C(r) and of the paper's holes (None: a/100, coarser where that makes too many nodes).
     """
 
-    springs: Springs
-    friction: float | None = 0.5
-    rolling: bool = False
+    law: ContactLaw
+    shows_friction: bool = False
     force_unit: float = 1.0
     tolerance: float = 1e-4
-    cohesive: bool = False
     length: float = 1.0
     window: tuple[float, float] | None = None
     spacing: float | None = None
@@ -61,23 +58,23 @@ class Constants:
     @property
     def resists(self) -> dict[str, Any]:
         """Arguments of the rigidity functions.  Raises InputError if nobody says whether there is friction."""
-        if self.friction is None:
+        if np.isnan(self.law.mu) and not self.shows_friction:
             raise InputError("undefined without the coefficient of friction: give --mu (0: no friction)")
-        return {"friction": self.friction != 0, "rolling": self.rolling}
+        return {"friction": self.law.mu != 0, "rolling": self.law.rolling}
 
     @property
     def stressed(self) -> float:
         """Force above which a contact counts as stressed: F1 tolerance, or F1/100 with rolling resistance (G07 fig. 19)."""
-        return self.force_unit * (1e-2 if self.rolling else self.tolerance)
+        return self.force_unit * (1e-2 if self.law.rolling else self.tolerance)
 
     def scale(self, frame: Frame) -> float | None:
         """Unit of the distribution of N: F0; None (the mean) without cohesion, unless nothing presses on anything."""
-        return self.force_unit if self.cohesive or not frame.contacts.elastic.any() else None
+        return self.force_unit if self.law.cohesive or not frame.contacts.elastic.any() else None
 
     @property
     def force_edges(self) -> Floats:
         """Bins of N/F0, or of N/<N> without cohesion."""
-        return np.linspace(-1.5 if self.cohesive else 0.0, 6.0, 151 if self.cohesive else 121)
+        return np.linspace(-1.5 if self.law.cohesive else 0.0, 6.0, 151 if self.law.cohesive else 121)
 
 
 @dataclass(frozen=True)
@@ -88,36 +85,36 @@ class Group:
     meaning: str
     cost: str
     unasked: int
-    measure: Callable[[Frame, Constants], dict[str, Any]]
+    measure: Callable[[Frame, Settings], dict[str, Any]]
     needs: tuple[str, ...] = ()
     periodic: bool = False
 
-    def of(self, frame: Frame, law: Constants) -> dict[str, Any]:
+    def of(self, frame: Frame, settings: Settings) -> dict[str, Any]:
         """The numbers.  Raises InputError where they are undefined."""
         frame.need(self.meaning.split(",")[0], *self.needs)
         if self.periodic and not all(frame.periodic):
             raise InputError("undefined: it needs a cell that is periodic in x and y, this box has walls")
-        return self.measure(frame, law)
+        return self.measure(frame, settings)
 
 
-def forces_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def forces_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Statistics of the interaction forces (G07 sec. IV)."""
     found, corners = percolation(frame), triangles(frame)
-    normals = normal_force_distribution(frame, law.force_edges, unit=law.scale(frame))
+    normals = normal_force_distribution(frame, settings.force_edges, unit=settings.scale(frame))
     return {
-        "populations": asdict(force_populations(frame, unit=law.force_unit, tolerance=law.tolerance)),
+        "populations": asdict(force_populations(frame, unit=settings.force_unit, tolerance=settings.tolerance)),
         "percolation": {"threshold": found.any, "axis": list(found.axis)},
         "fabric": fabric(frame),
         "triangles": {
             "number": len(corners.grains), "per_grain": len(corners.grains) / frame.grains,
             "mean_ratio": float(corners.ratio.mean()) if len(corners.grains) else None,
         },
-        "distribution": {"unit": "F0" if law.cohesive else "mean", **asdict(normals)},
-        "angles": asdict(force_angles(frame, np.linspace(0.0, 180.0, 91), tolerance=law.tolerance * law.force_unit)),
+        "distribution": {"unit": "F0" if settings.law.cohesive else "mean", **asdict(normals)},
+        "angles": asdict(force_angles(frame, np.linspace(0.0, 180.0, 91), tolerance=settings.tolerance * settings.force_unit)),
     }  # fmt: skip
 
 
-def clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def clusters_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Aggregates, clusters of stressed contacts, and the coordination of large and small grains."""
     whole = aggregates(frame)
     found: dict[str, Any] = {
@@ -127,11 +124,13 @@ def clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
     }  # fmt: skip
     if {"normal", "tangential"} & frame.lacks:
         return found
-    stressed = stressed_clusters(frame, law.stressed)
-    found["stressed"] = _census(stressed) | {"threshold": law.stressed, "loops": int(stressed.loops.sum())}
+    stressed = stressed_clusters(frame, settings.stressed)
+    found["stressed"] = _census(stressed) | {"threshold": settings.stressed, "loops": int(stressed.loops.sum())}
     if "diameter" not in frame.lacks:
         number = local_coordination(
-            frame, least=1 if law.cohesive else 2, tolerance=None if law.cohesive else law.tolerance * law.force_unit
+            frame,
+            least=1 if settings.law.cohesive else 2,
+            tolerance=None if settings.law.cohesive else settings.tolerance * settings.force_unit,
         )
         found["coordination_by_size"] = _by_size(frame.diameter, number)
     return found
@@ -157,22 +156,22 @@ def _by_size(diameter: Floats, number: Ints) -> dict[str, Any]:
     }
 
 
-def rigidity_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def rigidity_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Counts H and k of the network in a free cell."""
-    return dict(rigidity(frame, springs=law.springs, free_cell=True, **law.resists).as_dict())
+    return dict(rigidity(frame, law=settings.law, free_cell=True, **settings.resists).as_dict())
 
 
-def slipping(frame: Frame, law: Constants) -> dict[str, Any]:
+def slipping(frame: Frame, settings: Settings) -> dict[str, Any]:
     """H and k where the contacts that slide resist along their normal alone, as pairs at a distance do.
 
     In `rigidity_group` they count as sticking (G07 appendix A).  Raises InputError where nobody says which contacts slide.
     """
     frame.need("H and k with sliding contacts", "sliding", "gap")
-    if law.rolling:
+    if settings.law.rolling:
         raise InputError("H and k with sliding contacts are not counted where contacts resist rolling")
     apart = np.where(frame.contacts.sliding & frame.contacts.touching, 0.0, frame.contacts.gap)
     loose = replace(frame, contacts=replace(frame.contacts, gap=apart))
-    found = rigidity(loose, springs=law.springs, free_cell=True, **law.resists)
+    found = rigidity(loose, law=settings.law, free_cell=True, **settings.resists)
     return {
         "contacts": int(frame.contacts.sliding.sum()),
         "hyperstaticity": found.hyperstaticity,
@@ -180,15 +179,15 @@ def slipping(frame: Frame, law: Constants) -> dict[str, Any]:
     }
 
 
-def moduli_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def moduli_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Elastic moduli, [force/length]."""
-    moduli = elastic_moduli(frame, springs=law.springs, **law.resists)
+    moduli = elastic_moduli(frame, law=settings.law, **settings.resists)
     return asdict(moduli) | {"bulk": moduli.bulk, "shear": moduli.shear}
 
 
-def self_stress_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def self_stress_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Hyperstatic clusters of the network in its fixed cell: parts that could hold self-balanced forces."""
-    clusters, states = hyperstatic_clusters(frame, **law.resists)
+    clusters, states = hyperstatic_clusters(frame, **settings.resists)
     inside = clusters >= 0
     table = frame.contacts.select(inside)
     held = np.unique(np.column_stack((np.tile(clusters[inside], 2), np.concatenate((table.i, table.j)))), axis=0)
@@ -199,14 +198,14 @@ def self_stress_group(frame: Frame, law: Constants) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def floppy_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def floppy_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Mechanisms of the network in its fixed cell, beside the translations and the free motions of loose grains (those that
     touch none), and how many grains take part in them."""
     held = without_loose(frame)
     loose = frame.grains - held.grains
     if not held.grains:
         return {"mechanisms": 0, "loose_grains": loose, "participating_grains": 0.0}
-    found = mobility(held, **law.resists)
+    found = mobility(held, **settings.resists)
     return {
         "mechanisms": found.mechanisms, "loose_grains": loose, "participating_grains": _participating(found.grains),
     }  # fmt: skip
@@ -218,11 +217,11 @@ def _participating(mobility: Floats) -> float:
     return float(mobility.sum()) ** 2 / square if square > 0 else 0.0
 
 
-def rigid_clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def rigid_clusters_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Rigid clusters by counting (pebble game, with friction; sliding contacts count once)."""
-    if not law.resists["friction"]:
+    if not settings.resists["friction"]:
         raise InputError("rigid clusters: the pebble game counts discs with friction; take the group rigidity")
-    found = rigid_clusters(frame, rolling=law.rolling)
+    found = rigid_clusters(frame, rolling=settings.law.rolling)
     size, number = np.unique(found.sizes, return_counts=True)
     return {
         "number": len(found.redundant), "largest": int(found.sizes[0]), "largest_share": float(found.sizes[0] / frame.grains),
@@ -231,45 +230,46 @@ def rigid_clusters_group(frame: Frame, law: Constants) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def vibrations_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def vibrations_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Vibration spectrum in the fixed cell: all modes of a small frame, the lowest ones of a large one."""
-    whole = frame.grains * (3 if law.resists["friction"] else 2) <= DENSE
-    found = vibrations(frame, springs=law.springs, count=None if whole else LOWEST, **law.resists)
+    whole = frame.grains * (3 if settings.resists["friction"] else 2) <= DENSE
+    found = vibrations(frame, law=settings.law, count=None if whole else LOWEST, **settings.resists)
     return {"all": whole, "frequency": found.frequency, "participation": found.participation}
 
 
-def pair_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def pair_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Pair correlation function g(r) up to ten lengths a."""
-    far = min(NEIGHBOURHOOD * law.length, 0.5 * float(frame.cell.min()))
+    far = min(NEIGHBOURHOOD * settings.length, 0.5 * float(frame.cell.min()))
     return asdict(pair_correlation(frame, np.linspace(0.0, far, 201)))
 
 
-def density_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def density_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """I(k) without a grid, its fit by eq. 28, and C(r)."""
-    return density_of([scattering(frame, shells(frame, law))], law) | {"autocorrelation": correlation(frame, law)}
+    found = density_of([scattering(frame, shells(frame, settings))], settings)
+    return found | {"autocorrelation": correlation(frame, settings)}
 
 
-def shells(frame: Frame, law: Constants) -> Floats:
+def shells(frame: Frame, settings: Settings) -> Floats:
     """Shells of |k|: fixed places on a logarithmic scale, so that samples of any size share them; up to 4 pi/a."""
-    lowest = np.log10(law.length / float(frame.cell.max()))  # 2 pi/L in units of 2 pi/a
+    lowest = np.log10(settings.length / float(frame.cell.max()))  # 2 pi/L in units of 2 pi/a
     first = int(np.floor(lowest * PER_DECADE))
     top = int(np.ceil(np.log10(2.0) * PER_DECADE))
-    return 2 * np.pi / law.length * 10.0 ** (np.arange(first, top + 1) / PER_DECADE)
+    return 2 * np.pi / settings.length * 10.0 ** (np.arange(first, top + 1) / PER_DECADE)
 
 
-def density_of(samples: Sequence[Scattering], law: Constants) -> dict[str, Any]:
+def density_of(samples: Sequence[Scattering], settings: Settings) -> dict[str, Any]:
     """Mean I(k) over samples with standard errors, and the fit (weighted with them where every shell has FEW samples; the
     lowest shells are those of the largest cells alone)."""
     mean = average(samples)
-    window = fit_window(mean, law)
+    window = fit_window(mean, settings)
     number = np.sum([sample.vectors > 0 for sample in samples], axis=0)[(mean.k >= window[0]) & (mean.k <= window[1])]
     weighted = len(number) > 0 and number.min() >= FEW
     return {"shells": asdict(mean), "fit": attempt(lambda: _fit(mean, window, weighted=weighted))}
 
 
-def fit_window(mean: Scattering, law: Constants) -> tuple[float, float]:
+def fit_window(mean: Scattering, settings: Settings) -> tuple[float, float]:
     """Range of k of the fit: the one that was asked for, else from the smallest k there is to pi/a."""
-    return law.window or (float(np.nanmin(mean.k)), np.pi / law.length)
+    return settings.window or (float(np.nanmin(mean.k)), np.pi / settings.length)
 
 
 def _fit(mean: Scattering, window: tuple[float, float], *, weighted: bool) -> dict[str, Any]:
@@ -277,23 +277,24 @@ def _fit(mean: Scattering, window: tuple[float, float], *, weighted: bool) -> di
     return asdict(fit) | {"errors": fit.errors, "ell": fit.ell, "wavelength": fit.wavelength}
 
 
-def correlation(frame: Frame, law: Constants) -> dict[str, Any]:
+def correlation(frame: Frame, settings: Settings) -> dict[str, Any]:
     """C(r) on rings of a fifth of a length."""
-    spacing = law.spacing or mesh_spacing(frame, law.length)
-    far = min(4.0 * NEIGHBOURHOOD * law.length, 0.5 * float(frame.cell.min()))
-    edges = np.append(0.0, np.arange(0.5 * spacing, far, max(0.2 * law.length, 2.0 * spacing)))
+    spacing = settings.spacing or mesh_spacing(frame, settings.length)
+    far = min(4.0 * NEIGHBOURHOOD * settings.length, 0.5 * float(frame.cell.min()))
+    edges = np.append(0.0, np.arange(0.5 * spacing, far, max(0.2 * settings.length, 2.0 * spacing)))
     found = autocorrelation(frame, edges, spacing=spacing)
     return {"spacing": spacing, "r": found.r, "c": found.c}
 
 
-def holes_group(frame: Frame, law: Constants) -> dict[str, Any]:
+def holes_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Holes exactly, and on the mesh of the paper."""
-    spacing = law.spacing or mesh_spacing(frame, law.length)
-    return _holes(holes(frame), law) | {"grid": {"spacing": spacing} | _holes(grid_holes(frame, spacing=spacing), law)}
+    spacing = settings.spacing or mesh_spacing(frame, settings.length)
+    meshed = _holes(grid_holes(frame, spacing=spacing), settings)
+    return _holes(holes(frame), settings) | {"grid": {"spacing": spacing} | meshed}
 
 
-def _holes(found: Holes, law: Constants) -> dict[str, Any]:
-    edges = law.length * np.geomspace(1e-2, 1e2, 41)
+def _holes(found: Holes, settings: Settings) -> dict[str, Any]:
+    edges = settings.length * np.geomspace(1e-2, 1e2, 41)
     sized = found.radius[~np.isnan(found.radius)]
     return {
         "number": len(found.area), "weighted_radius": found.weighted_radius,
@@ -333,9 +334,9 @@ def chosen_groups(names: Sequence[str] | None, grains: int) -> list[str]:
     return list(names)
 
 
-def measure_groups(frame: Frame, law: Constants, names: Sequence[str]) -> dict[str, Any]:
+def measure_groups(frame: Frame, settings: Settings, names: Sequence[str]) -> dict[str, Any]:
     """Group name -> numbers, ready for JSON (numbers that are not defined are None)."""
-    return {name: plain(attempt(lambda name=name: GROUPS[name].of(frame, law))) for name in names}  # type: ignore[misc]
+    return {name: plain(attempt(lambda name=name: GROUPS[name].of(frame, settings))) for name in names}  # type: ignore[misc]
 
 
 def attempt(part: Callable[[], dict[str, Any]]) -> dict[str, Any]:

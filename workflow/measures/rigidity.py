@@ -14,13 +14,13 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Bools, Floats, Frame, Ints
 from workflow.errors import WorkflowError
 from workflow.measures.clusters import bridges
 from workflow.measures.network import (
     TRANSLATIONS,
     Degrees,
-    Springs,
     degrees,
     rigidity_matrix,
     row_owners,
@@ -75,7 +75,7 @@ class Rigidity:
 
 
 def rigidity(
-    frame: Frame, *, springs: Springs, friction: bool = True, rolling: bool = False, free_cell: bool = False
+    frame: Frame, *, law: ContactLaw, friction: bool = True, rolling: bool = False, free_cell: bool = False
 ) -> Rigidity:
     """Rigidity analysis of ``frame``: see ``Rigidity``.
 
@@ -92,12 +92,12 @@ def rigidity(
     hyperstaticity = forces.nullity - coupling_rank(coupling)
     soft = eigenvalues_below(csc_array(matrix.T @ matrix), ZERO, np.concatenate(order))
     _check_identities(book, hyperstaticity, motions, soft)
-    unstable = _unstable_modes(frame, book, springs, motions)
+    unstable = _unstable_modes(frame, book, law, motions)
     definite = motions.nullity == TRANSLATIONS and unstable == 0
     kept = _backbone(frame, rolling)
     mechanisms, rigid = motions.nullity - TRANSLATIONS, definite
     if not kept.all():
-        mechanisms, rigid = _alone(frame.select(kept), springs, free_cell, friction, rolling)
+        mechanisms, rigid = _alone(frame.select(kept), law, free_cell, friction, rolling)
     return Rigidity(
         grains=book.grains,
         contacts=book.contacts,
@@ -167,13 +167,13 @@ def coupling_rank(coupling: Floats) -> int:
     return int(np.linalg.matrix_rank(coupling, tol=ZERO**0.5)) if coupling.size else 0
 
 
-def _unstable_modes(frame: Frame, book: Degrees, springs: Springs, motions: Factorisation) -> int:
+def _unstable_modes(frame: Frame, book: Degrees, law: ContactLaw, motions: Factorisation) -> int:
     """Negative eigenvalues of K; without distant pairs K is a sum of squares and has none.
 
     K is taken on the independent columns of G, which removes null(G), translations included, and changes no other sign.
     The small shift keeps single pivots from vanishing (n contacts against -F0/D0 = -n K_N would make one exactly zero).
     """
-    stiffness = stiffness_matrix(frame, book, springs, length_unit(frame)) / springs.normal
+    stiffness = stiffness_matrix(frame, book, law, length_unit(frame)) / law.kn
     return eigenvalues_below(stiffness, -MARGINAL, motions.independent) if book.distant else 0
 
 
@@ -185,12 +185,12 @@ def _backbone(frame: Frame, rolling: bool) -> Bools:
     return label == np.bincount(label).argmax()
 
 
-def _alone(part: Frame, springs: Springs, free_cell: bool, friction: bool, rolling: bool) -> tuple[int, bool]:
+def _alone(part: Frame, law: ContactLaw, free_cell: bool, friction: bool, rolling: bool) -> tuple[int, bool]:
     """Mechanisms of a part of a network on its own, and whether its K is positive definite."""
     book = degrees(part, friction=friction, rolling=rolling, free_cell=free_cell)
     motions = factorise(dimensionless(part, book), *grain_order(part, book))
     mechanisms = motions.nullity - TRANSLATIONS
-    return mechanisms, mechanisms == 0 and _unstable_modes(part, book, springs, motions) == 0
+    return mechanisms, mechanisms == 0 and _unstable_modes(part, book, law, motions) == 0
 
 
 def _check_identities(book: Degrees, hyperstaticity: int, motions: Factorisation, soft: int) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 
 from workflow.errors import InputError
 from workflow.measures.density import Scattering
-from workflow.measures.registry import Constants, density_of, plain
+from workflow.measures.registry import Settings, density_of, plain
 
 CLOCK = ("step", "time")  # of a frame; their mean over samples means nothing
 
 
-def pool(samples: Sequence[Mapping[str, Any]], law: Constants | None) -> dict[str, Any]:
+def pool(samples: Sequence[Mapping[str, Any]], settings: Settings | None) -> dict[str, Any]:
     """Every number of ``samples`` (the measures of one sample each) as {"mean", "scatter", "samples"}.
 
     ``scatter``: standard deviation over the samples that have the number (None for one).  Lists of equal length are
@@ -29,9 +29,9 @@ def pool(samples: Sequence[Mapping[str, Any]], law: Constants | None) -> dict[st
         raise InputError("there are no samples to pool; give at least one")
     shared = [name for name in samples[0] if name not in CLOCK and all(name in sample for sample in samples)]
     pooled = {name: _pool([sample[name] for sample in samples]) for name in shared}
-    if "density" in pooled and law is not None:
+    if "density" in pooled and settings is not None:
         parts = [sample["density"] for sample in samples]
-        pooled["density"] = plain(density_of(_common([_scattering(p["shells"]) for p in parts if "shells" in p]), law))
+        pooled["density"] = plain(density_of(_common([_scattering(p["shells"]) for p in parts if "shells" in p]), settings))
     return {name: part for name, part in pooled.items() if part is not None}
 
 

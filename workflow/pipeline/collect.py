@@ -15,19 +15,18 @@ from workflow.archive.dumps import read_frames, read_tracks
 from workflow.archive.read import Archive
 from workflow.archive.write import write_archive
 from workflow.data.balance import solid_fraction
+from workflow.data.contact_law import ContactLaw
 from workflow.data.files import read_plain
 from workflow.data.frame import Contacts, Floats, Frame
 from workflow.deck.template import DATA, DECK
 from workflow.errors import ArchiveError, InputError
 from workflow.measures.contacts import measure
 from workflow.measures.energy import energies
-from workflow.measures.network import Springs
-from workflow.measures.registry import Constants, chosen_groups, measure_groups
+from workflow.measures.registry import Settings, chosen_groups, measure_groups
 from workflow.pipeline.heap import heap_measures
 from workflow.pipeline.recorded import recorded
 from workflow.runs.directory import ARCHIVE, TRACKS, RunDirectory
 from workflow.scene.heap import Heap
-from workflow.scene.parts import Law
 from workflow.scene.registry import Packed
 
 MEASURES, CHECKSUM = "measures.json", "checksum"
@@ -115,7 +114,7 @@ def measures_of_frames(
     """The measures of each of ``frames`` of the archive, with the run's own error figures, which are read once for all.
 
     ``groups`` of measures beside the standard numbers (see `workflow.measures.registry`), None: those that are cheap for so
-    many grains; ``options``: fields of its `Constants`.
+    many grains; ``options``: fields of its `Settings`.
     """
     scene = directory.scene
     series, result = recorded(directory)
@@ -140,7 +139,7 @@ def measures_of_frames(
         def measured(chosen: Frame) -> dict[str, Any]:
             reached = bool(result.get("equilibrated")) if chosen.step == last else None
             numbers = _measures(scene, series, chosen, reached) | run
-            law = constants_of(scene, scene.law_of(chosen.stage), **options)
+            law = settings_of(scene, scene.law_of(chosen.stage), **options)
             numbers |= measure_groups(chosen, law, chosen_groups(groups, chosen.grains))
             return numbers | {"time": chosen.time, "step": chosen.step}
 
@@ -160,7 +159,7 @@ def _measures(scene: Packed, series: dict[str, Any], chosen: Frame, equilibrated
         equilibrated=equilibrated,
     )  # fmt: skip
     numbers["energy_residual"] = residual
-    numbers["energy"] = _energy(chosen, law)
+    numbers["energy"] = energies(chosen, law).as_dict()
     return numbers
 
 
@@ -172,17 +171,9 @@ def _energy_scale(series: dict[str, Any], row: int) -> float:
     return max(*passed, float(np.max(held)))
 
 
-def constants_of(scene: Packed, law: Law, **options: Any) -> Constants:
+def settings_of(scene: Packed, law: ContactLaw, **options: Any) -> Settings:
     """What the groups of measures need to know of a scene and of the law of the stage."""
-    springs = Springs(law.kn, law.kt, law.kr, -law.f0 / law.d0 if law.f0 else 0.0)
-    return Constants(
-        springs=springs, friction=law.mu, rolling=law.mur > 0, force_unit=scene.force_unit,
-        tolerance=scene.force_tolerance, cohesive=law.f0 > 0, **options,
-    )  # fmt: skip
-
-
-def _energy(frame: Frame, law: Law) -> dict[str, float]:
-    return energies(frame, kn=law.kn, kt=law.kt, kr=law.kr, f0=law.f0, d0=law.d0).as_dict()
+    return Settings(law, force_unit=scene.force_unit, tolerance=scene.force_tolerance, **options)
 
 
 def _numerics(scene: Packed, series: dict[str, Any]) -> dict[str, Any]:

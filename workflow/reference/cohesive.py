@@ -7,13 +7,13 @@ contact, and each of its two springs (row 0: tangential du, row 1: rolling dthet
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -82,9 +82,8 @@ class PairLaw(Protocol):
         """Energy of the normal, tangential and rolling springs and of the attraction, (4,)."""
 
 
-@dataclass(frozen=True)
-class CohesiveLaw:
-    """G07 sec. II B: n from i to j, h gap, v_n receding positive, force of i on j is N n + T t, repulsion positive.
+class CohesiveLaw(ContactLaw):
+    """`ContactLaw` with its forces: n from i to j, h gap, v_n receding positive, force of i on j N n + T t, repulsion positive.
 
     * 0 <= h <= D0: N = -F0 (1 - h/D0) (eq. 4);  h < 0: N = -K_N h - eta v_n - F0 (eqs. 5, 6),
       eta = zeta sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j)
@@ -93,32 +92,18 @@ class CohesiveLaw:
       K_r |dtheta| <= mu_r K_N (-h) (eqs. 9, 10)
     * adhesive potential -F0 (D0 - h)^2/(2 D0) in the tail, -F0 D0/2 + F0 h in contact
 
-    ``kn``, ``kt`` force/length; ``zeta``, ``mu`` numbers (``mu = inf``: never slips); ``f0`` force; ``d0`` length;
-    ``kr`` force*length; ``mur`` length (``inf``: never slips).  f0 = 0 or d0 = 0: no tail.  All >= 0, kn > 0.
-    Raises InputError otherwise.
+    Raises InputError for a constant out of range or not known.
     """
 
-    kn: float
-    kt: float = 0.0
-    zeta: float = 0.0
-    mu: float = 0.0
-    f0: float = 0.0
-    d0: float = 0.0
-    kr: float = 0.0
-    mur: float = 0.0
-
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            bound = math.inf if field.name in ("mu", "mur") else float(np.finfo(float).max)
-            if not 0.0 <= value <= bound or (field.name == "kn" and value == 0.0):
-                allowed = "> 0 and finite" if field.name == "kn" else ">= 0" + (" and finite" * (bound < math.inf))
-                raise InputError(f"law: '{field.name}' is {value!r}; it must be {allowed}; correct this value")
+        super().__post_init__()
+        if math.isnan(self.mu):
+            raise InputError("law: 'mu' is nan; it must be >= 0; correct this value")
 
     @property
     def reach(self) -> float:
-        """D0 with cohesion, 0 without."""
-        return self.d0 if self.f0 > 0.0 else 0.0
+        """The cutoff gap."""
+        return self.cutoff_gap
 
     def frequency(self, mass: float) -> float:
         """sqrt(max(2 K_N, 6 K_T)/m): two equal discs, 3 K_T/m* being the tangential spring with the spins."""

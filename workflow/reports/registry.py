@@ -18,11 +18,11 @@ from workflow.measures.elasticity import DENSE, vibrations
 from workflow.measures.fractal import FEW, FractalFit, fit_fractal
 from workflow.measures.holes import holes
 from workflow.measures.modes import floppy_modes, mobility, self_stress, without_loose
-from workflow.measures.registry import LOWEST, NEIGHBOURHOOD, Constants, correlation, fit_window, shells
+from workflow.measures.registry import LOWEST, NEIGHBOURHOOD, Settings, correlation, fit_window, shells
 from workflow.reports import charts, maps, triangles
 from workflow.reports.figures import BAND, PathLike, force_network
 
-Sample = tuple[Frame, Constants]
+Sample = tuple[Frame, Settings]
 Paths = Sequence[PathLike]
 MOST_DRAWN = 600  # floppy modes of which a dense basis is made
 
@@ -38,20 +38,20 @@ class Plot:
     needs: tuple[str, ...] = ()
     periodic: bool = False
 
-    def check(self, frame: Frame, law: Constants) -> None:
+    def check(self, frame: Frame, law: Settings) -> None:
         """Raises InputError if ``frame`` cannot be drawn."""
         frame.need(self.meaning.split(" (")[0], *self.needs)
         if self.periodic and not all(frame.periodic):
             raise InputError(f"{self.meaning}: undefined, it needs a cell that is periodic in x and y; this box has walls")
 
 
-def _unit(law: Constants) -> str:
-    return "F_0" if law.cohesive else "aP"
+def _unit(law: Settings) -> str:
+    return "F_0" if law.law.cohesive else "aP"
 
 
-def _band(law: Constants) -> float:
+def _band(law: Settings) -> float:
     """Width of the line of F0 or a P: forces of a cohesive packing are a small part of F0, others a few a P."""
-    return (0.3 if law.cohesive else BAND) * law.length
+    return (0.3 if law.law.cohesive else BAND) * law.length
 
 
 def _forces(samples: Sequence[Sample], paths: Paths) -> None:
@@ -67,21 +67,21 @@ def _stressed(samples: Sequence[Sample], paths: Paths) -> None:
 def _distribution(samples: Sequence[Sample], paths: Paths) -> None:
     law = samples[0][1]
     found = [forces.normal_force_distribution(f, law.force_edges, unit=law.scale(f)) for f, _ in samples]
-    charts.force_distribution(found, paths, unit="F_0" if law.cohesive else r"\langle N_e\rangle")
+    charts.force_distribution(found, paths, unit="F_0" if law.law.cohesive else r"\langle N_e\rangle")
 
 
 def _cloud(samples: Sequence[Sample], paths: Paths) -> None:
     law = samples[0][1]
-    if law.friction is None or np.isnan(law.friction):
+    if np.isnan(law.law.mu):
         raise InputError("cloud: the Coulomb cone needs the coefficient of friction; give --mu")
     normal = np.concatenate([f.contacts.normal_force for f, _ in samples]) / law.force_unit
     tangential = np.concatenate([f.contacts.tangential for f, _ in samples]) / law.force_unit
     reach = max(float(np.abs(normal).max(initial=0.0)), 1.0)
     edges = np.linspace(-reach, 1.2 * reach, 3)
     lines = forces.force_cloud(
-        samples[0][0], edges, edges, unit=law.force_unit, friction=min(law.friction, 1e6), cohesive=law.cohesive
+        samples[0][0], edges, edges, unit=law.force_unit, friction=min(law.law.mu, 1e6), cohesive=law.law.cohesive
     )
-    charts.force_cloud(normal, tangential, lines, paths, unit=_unit(law), cohesive=law.cohesive)
+    charts.force_cloud(normal, tangential, lines, paths, unit=_unit(law), cohesive=law.law.cohesive)
 
 
 def _angles(samples: Sequence[Sample], paths: Paths) -> None:
@@ -154,7 +154,7 @@ def _floppy(samples: Sequence[Sample], paths: Paths) -> None:
 
 def _vibrations(samples: Sequence[Sample], paths: Paths) -> None:
     whole = all(frame.grains * (3 if law.resists["friction"] else 2) <= DENSE for frame, law in samples)
-    found = [vibrations(f, springs=c.springs, count=None if whole else LOWEST, **c.resists) for f, c in samples]
+    found = [vibrations(f, law=c.law, count=None if whole else LOWEST, **c.resists) for f, c in samples]
     charts.vibration_chart(found, paths, whole=whole)
 
 

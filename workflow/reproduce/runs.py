@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import workflow
-from workflow.campaign.measured import Measures, found_at, group_of, jackknife, law_of, measured, of_samples
+from workflow.campaign.measured import Measures, found_at, group_of, jackknife, measured, of_samples, settings_at
 from workflow.campaign.study import DONE, Point, Study, same_deck
 from workflow.errors import WorkflowError
-from workflow.measures.registry import Constants
+from workflow.measures.registry import Settings
 from workflow.reproduce.papers import Case, Printed
 from workflow.reproduce.pool import Earlier, pool
 from workflow.reproduce.scoreboard import NO_SAMPLE, Ours, Row, judge
@@ -60,16 +60,16 @@ def ours(study: Study, number: Printed) -> Ours:
     if not points:
         return Ours(wanted=wanted, trouble=NO_SAMPLE)
     try:
-        samples, law = _measures(study, points, number)
-        value = of_samples(number.measure, samples, law)
-        error = jackknife(number.measure, samples, law)
+        samples, settings = _measures(study, points, number)
+        value = of_samples(number.measure, samples, settings)
+        error = jackknife(number.measure, samples, settings)
     except WorkflowError as fault:
         return Ours(wanted=wanted, trouble=str(fault))
     if value is None:
         return Ours(wanted=wanted, trouble="the samples do not give it")
     if error is None:  # one sample of a fit has the error of the fit
         path, _, name = number.measure.rpartition(".")
-        error = of_samples(f"{path}.errors.{name}", samples, law) if path.endswith(".fit") else None
+        error = of_samples(f"{path}.errors.{name}", samples, settings) if path.endswith(".fit") else None
     rest = sum(bool(measured(study.directory(p), None, None, study.folder / KEPT)["equilibrated"]) for p in points)
     each = [found_at(sample, number.measure) for sample in samples]  # a fit is had from all of them together
     known = [repr(value) for value in each if value is not None]
@@ -79,11 +79,11 @@ def ours(study: Study, number: Printed) -> Ours:
     )  # fmt: skip
 
 
-def _measures(study: Study, points: Sequence[Point], number: Printed) -> tuple[list[Measures], Constants | None]:
+def _measures(study: Study, points: Sequence[Point], number: Printed) -> tuple[list[Measures], Settings | None]:
     assert number.measure is not None
     stage, group = number.case.stage, group_of(number.measure)
     samples: list[Measures] = [measured(study.directory(point), stage, group, study.folder / KEPT) for point in points]
-    return samples, law_of(study.directory(points[0]), stage)
+    return samples, settings_at(study.directory(points[0]), stage)
 
 
 def this_version() -> str:

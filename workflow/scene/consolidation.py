@@ -8,10 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
 from workflow.scene.method2 import Method2
 from workflow.scene.parameter import quantity
-from workflow.scene.parts import Law
 
 MOST_STRESSES = 200  # of one run
 
@@ -88,7 +88,7 @@ class Consolidation(Method2):
         return (("aggregate", "relax"), *zip(loads[::2], loads[1::2], strict=True))
 
     @cached_property
-    def law_in_units(self) -> Law:
+    def law_in_units(self) -> ContactLaw:
         """K_N = kappa F0/a at every stress: one material."""
         return self.law(1.0)
 

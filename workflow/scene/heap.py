@@ -207,7 +207,7 @@ class Heap(Readings):
         along = self.tangential_stiffness(r)
         pressed = max(3.0 * (self.stiffness(r) + along), (24.0 * self.damping) ** 2 * along)
         omega = math.sqrt(max(impact, pressed))
-        # two grains in an impact: z = sqrt(2) damping; limit for dampers with a late or extrapolated velocity as in parts.Law
+        # two grains in an impact: z = sqrt(2) damping; limit for dampers with a late or extrapolated velocity as `damped_limit`
         b = math.sqrt(2.0) * self.damping * (2.0 if self.scheme == "second" else 1.0)
         limit = min(0.5 * math.pi, 2.0 * (math.sqrt(1.0 + b * b) - b)) / omega
         period = min(2.0 * math.pi / omega, STEPS_TO_LIMIT[self.scheme] * limit)

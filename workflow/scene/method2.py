@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.errors import InputError
 from workflow.scene.packing import Packing
 from workflow.scene.parameter import quantity
-from workflow.scene.parts import Law
 from workflow.scene.placement import VELOCITIES, gaussian
 from workflow.scene.time_step import Step, choose_step
 
@@ -115,7 +115,7 @@ class Method2(Packing):
         return math.hypot(self.fall_speed(self.pressure), math.sqrt(2.0 * self.d0))
 
     @cached_property
-    def soft_law(self) -> Law:
+    def soft_law(self) -> ContactLaw:
         """The law until the stiffness grows."""
         law, ratio = self.law_in_units, self.soft_kappa / self.kappa
         return replace(law, kn=law.kn * ratio, kt=law.kt * ratio, kr=law.kr * ratio)
@@ -145,7 +145,7 @@ class Method2(Packing):
         strain, length = 1.0 - math.sqrt(self.phi0 / 0.8), math.sqrt(self.n * self.mean_area / self.phi0)
         return max(strain / self.rate_cap if self.rate_cap else 0.0, strain * length / self.wall_cap if self.wall_cap else 0.0)
 
-    def law_of(self, stage: str) -> Law:
+    def law_of(self, stage: str) -> ContactLaw:
         """Soft until the stage `stiffen` has ended."""
         return self.soft_law if stage in ("start", "aggregate", "relax", "free") else self.law_in_units
 

@@ -13,12 +13,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.errors import InputError
 from workflow.scene.fluid import fluid
-from workflow.scene.parts import Cell, Equilibrium, Grains, Law, Material, Numerics, Readings
+from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, Readings
 from workflow.scene.placement import diameters, place
-from workflow.scene.time_step import Step, choose_step
+from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
@@ -95,7 +96,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         return max(1.0, self.pressure) if self.cohesion else self.pressure
 
     @cached_property
-    def law_in_units(self) -> Law:
+    def law_in_units(self) -> ContactLaw:
         """The contact law's coefficients in scene units."""
         return self.law(self.pressure)
 
@@ -104,7 +105,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         """Speed of two approaching grains that the step must resolve [a/T0]."""
         raise NotImplementedError
 
-    def law_of(self, stage: str) -> Law:
+    def law_of(self, stage: str) -> ContactLaw:
         """The law at the end of a stage; one law for all unless a scene changes its stiffness on the way."""
         return self.law_in_units
 
@@ -140,7 +141,7 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     def rolling_dashpots(self) -> float:
         """Dashpots of the rolling springs in the settling stages, fraction of critical; every step is stable with them."""
         stages = [(self.law_of(stage), self.step_of(stage).step) for stage in self.settling]
-        return min((law.rolling_dashpot(self.smallest, self.dashpots, step) for law, step in stages), default=0.0)
+        return min((rolling_dashpot(law, self.smallest, self.dashpots, step) for law, step in stages), default=0.0)
 
     @property
     def relaxation(self) -> str:

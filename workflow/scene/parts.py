@@ -6,19 +6,14 @@ Units: length a (largest diameter), mass of a disc of diameter a, force F0; with
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from workflow.data.contact_law import ContactLaw
 from workflow.scene.parameter import Parameters, quantity
 
-CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest frequency is estimated with
-ROLLING_DASHPOT = 10.0  # fraction of critical of the dashpot on the rolling spring over that on the tangential one
 LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
-# steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
-# times: the second scheme is accurate there
-STEPS_TO_LIMIT = {"paper": 7.0, "second": 14.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,80 +61,6 @@ class Grains(Parameters):
     seed: int = quantity(1, int, "seed of sizes and positions", low=0, high=2**63 - 1)
 
 
-@dataclass(frozen=True)
-class Law:
-    """Coefficients of the cohesive law in scene units, as pair_style disc/cohesive takes them."""
-
-    kn: float
-    kt: float
-    zeta: float
-    mu: float
-    f0: float
-    d0: float
-    kr: float
-    mur: float
-
-    @property
-    def largest_frequency_per_mass(self) -> float:
-        """omega^2 times the smallest disc's mass, an estimate of the stiffest vibration in a packing.
-
-        A disc held by six equal neighbours: omega^2 m = 3 (K_N + K_T) for translation, 12 K_T (+ 12 K_r/R^2) for
-        rotation (I = m R^2/2), and 6 K_T (pair: reduced mass, both rotations) for the tangential mode of two discs.
-        """
-        kt = self.kt if self.mu > 0 else 0.0
-        kr = self.kr if self.mur > 0 else 0.0
-        translation = 0.5 * CONTACTS_OF_A_DISC * (self.kn + kt)
-        return max(translation, 2.0 * CONTACTS_OF_A_DISC * kt + 2.0 * CONTACTS_OF_A_DISC * 16.0 * kr)
-
-    def damped_limit(self, diameter: float, scheme: str) -> float:
-        """Largest stable step of damped discs of ``diameter`` (mass d^2): (2/omega) (sqrt(1 + b^2) - b), b = z or 2 z.
-
-        A damping force that sees the velocity of half a step before makes velocity Verlet unstable beyond this step with
-        b = z (scheme ``paper``); one that sees it extrapolated from the last two half steps, with b = 2 z (``second``).
-        omega^2 = 6 K_N/m and z = sqrt(3) zeta are those of the fastest vibration of equal discs, each held by six:
-        neighbours against each other, damping 6 eta/m with m* = m/2.
-        """
-        b = math.sqrt(0.5 * CONTACTS_OF_A_DISC) * self.zeta * (2.0 if scheme == "second" else 1.0)
-        return 2.0 * diameter / math.sqrt(CONTACTS_OF_A_DISC * self.kn) * (math.sqrt(1.0 + b * b) - b)
-
-    def dashpot_limit(self, diameter: float, share: float) -> float:
-        """Largest stable step of a disc of ``diameter`` that turns between six of diameter 1, with dashpots ``share`` of
-        critical on the tangential springs: (2/omega) (sqrt(1 + z^2) - z), z = Gamma/(2 omega), as in `damped_limit`.
-
-        omega^2 = 6 (K_T R^2 + K_r)/I and Gamma = 6 gamma_t R^2/I.
-        """
-        if share == 0.0 or self.mu == 0.0:
-            return math.inf
-        omega, per_inertia, damping = self._turning(diameter, share)
-        z = 0.5 * per_inertia * damping / omega
-        return 2.0 / omega / (math.sqrt(1.0 + z * z) + z)
-
-    def rolling_dashpot(self, diameter: float, share: float, step: float) -> float:
-        """Dashpot of the rolling springs, fraction of critical: ROLLING_DASHPOT times ``share``, or what such a ``step`` is
-        stable with.
-
-        Critical is that of equal discs, I* = m* (R_i + R_j)^2/8; for a disc much smaller than its neighbours it would be far
-        more, and shorten the step.
-        """
-        wanted = ROLLING_DASHPOT * share
-        if wanted == 0.0 or self.mur == 0.0:
-            return wanted
-        omega, per_inertia, damping = self._turning(diameter, share)
-        phase = 1.25 * step * omega
-        room = (1.0 - 0.25 * phase * phase) / phase * 2.0 * omega / per_inertia - damping
-        mass = diameter**2
-        critical = math.sqrt(4.0 * self.kr * mass / (1.0 + mass) * (0.5 * (1.0 + diameter)) ** 2 / 2.0)
-        return min(wanted, max(room, 0.0) / critical)
-
-    def _turning(self, diameter: float, share: float) -> tuple[float, float, float]:
-        """omega of `dashpot_limit`, 6/I, and the damping gamma_t R^2 of one contact."""
-        radius, mass = 0.5 * diameter, diameter**2
-        kt, kr = self.kt if self.mu > 0 else 0.0, self.kr if self.mur > 0 else 0.0
-        per_inertia = CONTACTS_OF_A_DISC * 2.0 / (mass * radius**2)
-        omega = math.sqrt(per_inertia * (kt * radius**2 + kr))
-        return omega, per_inertia, share * math.sqrt(4.0 * kt * mass / (1.0 + mass)) * radius**2
-
-
 @dataclass(frozen=True, kw_only=True)
 class Material(Parameters):
     """The law's dimensionless numbers (G07 table I)."""
@@ -160,11 +81,11 @@ class Material(Parameters):
         source="G07 table I",
     )  # fmt: skip
 
-    def law(self, pressure: float) -> Law:
+    def law(self, pressure: float) -> ContactLaw:
         """Coefficients in scene units for a pressure P in F0/a (cohesionless: P = 1)."""
         kn = self.kappa * (max(1.0, pressure) if self.cohesion else pressure)
         rolling_length = (0.01 * self.mu if self.mur is None else self.mur) if self.rolling else 0.0
-        return Law(
+        return ContactLaw(
             kn=kn,
             kt=kn * self.kt_ratio,
             zeta=self.zeta,

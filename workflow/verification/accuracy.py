@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TextIO
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from workflow.data.discs import Discs
 from workflow.data.progress import Meter
 from workflow.scene.method1 import Method1
-from workflow.scene.parts import Law
+from workflow.scene.time_step import stiffest_period
 from workflow.verification.few_discs import Case, cases
 from workflow.verification.one_run import VARIANTS, Outcome, Variant, run
 
@@ -85,7 +85,7 @@ def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr
     chosen = cases(plan.groups)
     jobs = [
         (case, variant, spp, math.ceil(case.duration * spp / period(case)))
-        for case in chosen for variant in variants if variant.cohesion or not case.law.get("f0")
+        for case in chosen for variant in variants if variant.cohesion or not case.law.cohesive
         for spp in plan.few
     ]  # fmt: skip
     meter = Meter(sum(_cost(v, 3 * plan.groups, steps) for _, v, _, steps in jobs) + 5.0 * len(chosen), out)
@@ -96,8 +96,8 @@ def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr
     rows = []
     for case, variant, spp, steps in jobs:
         discs, velocity, spin = case.discs()
-        law = law_of(case.law)
-        values = {**law.__dict__, "law": variant.law, "scheme": variant.scheme, "step": case.duration / steps, "steps": steps}
+        law = case.law
+        values = {**asdict(law), "law": variant.law, "scheme": variant.scheme, "step": case.duration / steps, "steps": steps}
         outcome = run(discs, {**values, "pair_mass": 0.5}, velocity=velocity, spin=spin)
         rows.append(_few(case, variant, spp, case.error(outcome, exact[case.name]), outcome, steps))
         meter.add(_cost(variant, len(spin), steps), f"{case.name}, {variant.name}, {spp:g} steps per period")
@@ -122,12 +122,7 @@ def _few(case: Case, variant: Variant, spp: float, error: float, outcome: Outcom
 def period(case: Case) -> float:
     """Stiffest period of a case, as the step rule of the scenes estimates it."""
     smallest = min(float(group.diameter.min()) for group in case.groups)
-    return 2.0 * math.pi * smallest / math.sqrt(law_of(case.law).largest_frequency_per_mass)
-
-
-def law_of(law: dict[str, float]) -> Law:
-    """A law from those of its coefficients that are not 0."""
-    return Law(**{name: law.get(name, 0.0) for name in ("kn", "kt", "zeta", "mu", "f0", "d0", "kr", "mur")})
+    return stiffest_period(case.law, smallest)
 
 
 def _cost(variant: Variant, grains: int, steps: float) -> float:
@@ -165,7 +160,7 @@ def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1]
     for scene in scenes:
         law, discs = scene.law_in_units, scene.discs()
         values = {
-            **law.__dict__, "law": variant.law, "scheme": variant.scheme, "step": step, "steps": steps,
+            **asdict(law), "law": variant.law, "scheme": variant.scheme, "step": step, "steps": steps,
             "stress": scene.pressure, "cell_mass": scene.cell_mass, "start_fraction": scene.phi0,
             "skin": scene.neighbour_skin,
         }  # fmt: skip

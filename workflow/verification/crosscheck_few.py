@@ -6,16 +6,16 @@ import math
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.progress import Meter
 from workflow.reference.discs import Discs as Group
-from workflow.scene.parts import Law
-from workflow.verification.accuracy import law_of, period
+from workflow.verification.accuracy import period
 from workflow.verification.few_discs import CONTACT, Case, trajectory, worst_of_each
 from workflow.verification.one_run import Outcome
 from workflow.verification.one_run import run as run_own
@@ -71,7 +71,7 @@ def few_cases(count: int = COUNT, seed: int = 1) -> list[Case]:
     stiff = {name: 100.0 * value for name, value in CONTACT.items()} | {"mu": 0.5}
 
     def case(name: str, meaning: str, law: dict[str, float], groups: list[Group]) -> Case:
-        return Case(name, meaning, law, groups, 0.06, trajectory, worst_of_each)
+        return Case(name, meaning, ContactLaw(**law), groups, 0.06, trajectory, worst_of_each)
 
     return [
         case("head-on", "damped, no friction", smooth, impacts(0.0, 0.0)),
@@ -115,9 +115,8 @@ def few_bodies(
 
 def _run(name: str, case: Case, step: float, steps: int) -> Outcome:
     discs, velocity, spin = case.discs()
-    law: Law = law_of(case.law)
     if name in OWN:
-        values = {**law.__dict__, **OWN[name], "step": step, "steps": steps}
+        values = {**asdict(case.law), **OWN[name], "step": step, "steps": steps}
         return run_own(discs, values, velocity=velocity, spin=spin)
     with tempfile.TemporaryDirectory() as folder:
-        return run_peer(Path(folder), name, discs, law, {"step": step, "steps": steps}, velocity, spin)
+        return run_peer(Path(folder), name, discs, case.law, {"step": step, "steps": steps}, velocity, spin)

@@ -7,11 +7,12 @@ function of the step.  Units: length a, mass of a disc of diameter a, force F0.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs as Group
@@ -47,7 +48,7 @@ class Case:
 
     name: str
     meaning: str
-    law: dict[str, float]
+    law: ContactLaw
     groups: list[Group]
     duration: float
     measure: Measure
@@ -65,7 +66,7 @@ class Case:
 
     def reference(self) -> list[State]:
         """The final states by the reference integrator."""
-        runs: list[Trajectory] = [integrate(CohesiveLaw(**self.law), group, self.duration) for group in self.groups]
+        runs: list[Trajectory] = [integrate(CohesiveLaw(**asdict(self.law)), group, self.duration) for group in self.groups]
         return [State(run.position[-1], run.velocity[-1], run.spin[-1]) for run in runs]
 
     def states(self, outcome: Outcome) -> list[State]:
@@ -150,29 +151,29 @@ def relative(found: Floats, exact: Floats) -> float:
 def cases(count: int, seed: int = 1) -> list[Case]:
     """Every case with ``count`` groups."""
     rng = np.random.default_rng(seed)
-    dry = {**CONTACT, "zeta": 0.3}
-    sticky = {**dry, **TAIL}
-    rough = {**CONTACT, "zeta": 0.8, "mu": 0.5}
-    capture = capture_reference(tuple(sticky.items()))
+    dry = ContactLaw(**CONTACT, zeta=0.3)
+    sticky = replace(dry, **TAIL)
+    rough = ContactLaw(**CONTACT, zeta=0.8, mu=0.5)
+    capture = capture_reference(sticky)
     swing = -TAIL["f0"] / CONTACT["kn"]  # overlap at rest
     escape = np.sqrt(2.0 * (0.5 * TAIL["f0"] * TAIL["d0"] + 0.5 * TAIL["f0"] ** 2 / CONTACT["kn"]) / 0.5)
     near, wide = np.linspace(0.03, 0.3, 3 * count), np.linspace(0.2, 1.0, count)
     return [
-        Case("impacts, undamped", "2 to 6 discs, no friction: positions, velocities", {"zeta": 0.0, **CONTACT},
+        Case("impacts, undamped", "2 to 6 discs, no friction: positions, velocities", ContactLaw(**CONTACT),
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
-        Case("impacts, friction", "2 to 6 discs, undamped, friction", {**rough, "zeta": 0.0},
+        Case("impacts, friction", "2 to 6 discs, undamped, friction", replace(rough, zeta=0.0),
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
         Case("impacts, damped", "2 to 6 discs, damping and friction", rough,
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
-        Case("impacts, cohesive", "the same with attraction", {**rough, **TAIL},
+        Case("impacts, cohesive", "the same with attraction", replace(rough, **TAIL),
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
-        Case("impacts, rolling", "the same with attraction and rolling resistance", {**rough, **TAIL, **ROLLING},
+        Case("impacts, rolling", "the same with attraction and rolling resistance", replace(rough, **TAIL, **ROLLING),
              [cluster(rng) for _ in range(count)], 0.08, trajectory, worst_of_each),
         Case("restitution", "head-on, zeta = 0.3, e = 0.39", dry, [pair(v, rng.uniform(2e-3, 4e-3)) for v in wide],
              0.06, restitution, relative),
         Case("capture speed", "head-on with attraction, zeta = 0.3", sticky,
              [pair(capture * (1.0 + x), rng.uniform(2e-3, 4e-3)) for x in near], 0.5, capture_speed, relative),
-        Case("pull-off work", "undamped pair in equilibrium torn apart", {**CONTACT, **TAIL, "zeta": 0.0},
+        Case("pull-off work", "undamped pair in equilibrium torn apart", ContactLaw(**CONTACT, **TAIL),
              [pair(-escape * (1.3 + 2.0 * x), swing) for x in wide], 0.2, pull_off_work, relative),
     ]  # fmt: skip
 
@@ -202,13 +203,13 @@ def cluster(rng: np.random.Generator) -> Group:
 
 
 @cache
-def capture_reference(law: tuple[tuple[str, float], ...]) -> float:
+def capture_reference(law: ContactLaw) -> float:
     """Largest approach speed at which two equal discs stay together, by bisection with the reference integrator."""
-    low, high = 1e-2, 1.0
+    low, high, reference = 1e-2, 1.0, CohesiveLaw(**asdict(law))
     while high / low > 1.0 + 1e-3:  # only where to look: the speed itself comes from the pairs near it
         middle = np.sqrt(low * high)
         group = pair(middle, 2e-3)
-        end = integrate(CohesiveLaw(**dict(law)), group, 4e-3 / middle + 0.1, rtol=1e-8).discs()
+        end = integrate(reference, group, 4e-3 / middle + 0.1, rtol=1e-8).discs()
         free = gap(group, end.position) > TAIL["d0"]
         low, high = (low, middle) if free else (middle, high)
     return float(high)

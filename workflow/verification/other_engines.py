@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dump_tables import Dump
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.deck.template import data_file, templates
 from workflow.errors import EngineError
-from workflow.scene.parts import Law
 from workflow.scene.placement import Floats
 from workflow.verification.bench_states import run_command
 from workflow.verification.one_run import Outcome, outcome_of, velocities
@@ -41,7 +41,7 @@ def liggghts_data(discs: Discs, velocity: Floats, spin: Floats) -> str:
     return text + velocities(velocity, spin)
 
 
-def liggghts_law(discs: Discs, law: Law) -> str:
+def liggghts_law(discs: Discs, law: ContactLaw) -> str:
     """The law of each pair of types; eta = 2 zeta sqrt(K_N m*) is one number per pair of diameters."""
     mass = np.unique(discs.diameter) ** 2
     eta = 2.0 * law.zeta * np.sqrt(law.kn * mass[:, None] * mass / (mass[:, None] + mass))
@@ -56,7 +56,7 @@ def liggghts_law(discs: Discs, law: Law) -> str:
 
 
 def prepare(
-    folder: Path, program: str, discs: Discs, law: Law, values: dict[str, float | int], velocity: Floats, spin: Floats
+    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, spin: Floats
 ) -> list[str]:
     """Write deck, grains and run.sh to ``folder``, made if it is not there; the command in run.sh.
 
@@ -80,7 +80,7 @@ def prepare(
 
 
 def run(
-    folder: Path, program: str, discs: Discs, law: Law, values: dict[str, float | int], velocity: Floats, spin: Floats
+    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, spin: Floats
 ) -> Outcome:
     """`prepare` and run; the final state with ``position`` unwrapped, in the order of the data.
 

@@ -26,7 +26,7 @@ from workflow.data.progress import Meter
 from workflow.deck.template import DATA, DECK, data_parts
 from workflow.errors import EngineError, WorkflowError
 from workflow.measures.registry import measure_groups
-from workflow.pipeline.collect import constants_of, measures_of, write
+from workflow.pipeline.collect import measures_of, settings_of, write
 from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.runs.installation import engine, python_child
 from workflow.scene.method1 import Method1
@@ -205,7 +205,7 @@ def group(folder: Path, n: int, name: str) -> list[dict[str, Any]]:
     with Archive(folder / ARCHIVE) as archive:
         frame = archive.frame(-1)
     with measured(rows, f"wf measure --only {name}", n):
-        found = measure_groups(frame, constants_of(scene, scene.law_in_units), [name])[name]
+        found = measure_groups(frame, settings_of(scene, scene.law_in_units), [name])[name]
     if "error" in found:
         raise WorkflowError(f"group {name}: {found['error']}")
     return rows

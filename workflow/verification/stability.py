@@ -10,13 +10,14 @@ import math
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from io import StringIO
 from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.data.progress import Meter
 from workflow.errors import EngineError, InputError, WorkflowError
@@ -24,7 +25,7 @@ from workflow.pipeline import run as pipeline_run
 from workflow.runs.directory import RunDirectory
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
-from workflow.scene.parts import Law, Numerics
+from workflow.scene.parts import Numerics
 from workflow.scene.placement import Floats, place
 from workflow.scene.time_step import Step, choose_step
 from workflow.verification.one_run import VARIANTS, Variant, run
@@ -43,7 +44,7 @@ class Setting:
     """What a trial runs: grains, law, step, and stress (0: fixed cell)."""
 
     discs: Discs
-    law: Law
+    law: ContactLaw
     choice: Step
     duration: float
     stress: float = 0.0
@@ -229,7 +230,7 @@ def _measured(trial: Trial, variant: Variant, setting: Setting, most_steps: int)
     law, choice = setting.law, setting.choice
     steps = min(math.ceil(setting.duration / choice.step), most_steps)
     values = {
-        **{name: min(value, 1e100) for name, value in law.__dict__.items()}, "scheme": variant.scheme,
+        **{name: min(value, 1e100) for name, value in asdict(law).items()}, "scheme": variant.scheme,
         "stress": setting.stress, "skin": setting.skin, "step": choice.step, "steps": steps, "watch": 1,
     }  # fmt: skip
     outcome = run(setting.discs, values, velocity=setting.velocity, patience=PATIENCE)

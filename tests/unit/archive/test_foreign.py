@@ -11,12 +11,13 @@ from MDAnalysis.analysis.rdf import InterRDF
 from workflow.archive.columns import Reading
 from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
 from workflow.archive.foreign import Sample, foreign_frames, universe_frame
+from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Contacts, Frame
 from workflow.errors import ArchiveError, InputError
 from workflow.measures.clusters import pair_correlation
 from workflow.measures.contacts import measure, stress_parts
-from workflow.measures.network import Springs, degrees, rigidity_matrix, row_owners
-from workflow.measures.registry import Constants, measure_groups, slipping
+from workflow.measures.network import degrees, rigidity_matrix, row_owners
+from workflow.measures.registry import Settings, measure_groups, slipping
 
 CELL = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 8\n-0.5 0.5\n"
 HEAD = "ITEM: TIMESTEP\n7\nITEM: NUMBER OF {0}\n{1}\n" + CELL + "ITEM: {0} {2}\n"
@@ -147,7 +148,7 @@ def test_nothing_is_wrapped_where_there_are_walls(write, faces, touching):
     frame = next(foreign_frames(*write(GRAINS.replace("pp pp pp", faces)), friction=0.0))
     assert len(frame.contacts) == touching
     assert any("the box has walls" in note for note in frame.notes)
-    law = Constants(Springs(1.0, 1.0), friction=0.0)
+    law = Settings(ContactLaw(1.0, 1.0, mu=0.0))
     found = measure_groups(frame, law, ["rigidity", "holes", "pair_correlation", "density", "clusters"])
     assert all("walls" in found[name]["error"] for name in ("rigidity", "holes", "pair_correlation", "density"))
     assert found["clusters"]["aggregates"]["number"] == 3 - touching
@@ -179,7 +180,7 @@ def test_with_an_attraction_contacts_are_cohesive_whatever_the_sign_of_their_for
 def test_sliding_contacts_count_once_in_the_pebble_game(write):
     rows = ["1 2 1.0 0.3", "1 3 2.0 0.1"]
     frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", *rows)), friction=0.3))
-    law = Constants(Springs(1.0, 1.0), friction=0.3)
+    law = Settings(ContactLaw(1.0, 1.0, mu=0.3))
     assert measure_groups(frame, law, ["rigid_clusters"])["rigid_clusters"]["independent"] == 3  # 1 and 2 bars
 
 
@@ -195,7 +196,7 @@ def test_sliding_contacts_lose_their_tangential_row_in_the_rigidity_matrix(tmp_p
     tangential = np.arange(len(owner)) >= len(frame.contacts)
     kept = matrix[~(tangential & p.slides[owner])]
     rank = np.linalg.matrix_rank(kept, tol=1e-9)
-    found = slipping(frame, Constants(Springs(1.0, 1.0), friction=MU))
+    found = slipping(frame, Settings(ContactLaw(1.0, 1.0, mu=MU)))
     assert found == {"contacts": p.slides.sum(), "hyperstaticity": kept.shape[0] - rank, "floppy_modes": kept.shape[1] - rank}
 
 

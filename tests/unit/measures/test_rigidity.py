@@ -19,18 +19,19 @@ from networks import (
 )
 from scipy.sparse import csr_array
 
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError, WorkflowError
-from workflow.measures.network import Springs, degrees, rigidity_matrix, stiffness_matrix
+from workflow.measures.network import degrees, rigidity_matrix, stiffness_matrix
 from workflow.measures.rigidity import rigidity
 from workflow.measures.sparse_rank import factorise
 
-SPRINGS = Springs(normal=1.0, tangential=1.0, rolling=1e-4)
+LAW = ContactLaw(kn=1.0, kt=1.0, kr=1e-4)
 MODELS = [(False, False), (True, False), (True, True)]  # friction, rolling
 
 
 def counts(frame, friction=True, rolling=False, free_cell=False):
     """(k, H)."""
-    result = rigidity(frame, springs=SPRINGS, friction=friction, rolling=rolling, free_cell=free_cell)
+    result = rigidity(frame, law=LAW, friction=friction, rolling=rolling, free_cell=free_cell)
     return result.floppy_modes, result.hyperstaticity
 
 
@@ -114,9 +115,9 @@ def test_stability_agrees_with_dense_eigenvalues(seed):
     gap = np.where(np.random.default_rng(seed).random(len(frame.contacts)) < 0.1, 1e-3, frame.contacts.gap)
     frame = replace(frame, contacts=replace(frame.contacts, gap=gap))
     for strength in (1e-3, 0.3, 3.0):
-        springs = Springs(1.0, 1.0, distant=-strength)
-        values = np.linalg.eigvalsh(stiffness_matrix(frame, degrees(frame, friction=True), springs).toarray())
-        result = rigidity(frame, springs=springs)
+        law = ContactLaw(kn=1.0, kt=1.0, f0=strength, d0=1.0)
+        values = np.linalg.eigvalsh(stiffness_matrix(frame, degrees(frame, friction=True), law).toarray())
+        result = rigidity(frame, law=law)
         # Round-off of a 150 x 150 matrix of order one is 1e-14, the softest true eigenvalue here 1e-4.
         assert result.unstable_modes == np.count_nonzero(values < -1e-9)
         assert result.positive_definite == (np.count_nonzero(values < 1e-9) == 2)
@@ -153,10 +154,10 @@ def alone(frame, kept):
 def test_the_backbone_is_counted_as_if_the_other_grains_were_not_there(solid, seed):
     frame = packing(60, solid, seed)
     gap = np.where(np.random.default_rng(seed).random(len(frame.contacts)) < 0.05, 1e-3, frame.contacts.gap)
-    frame, springs = replace(frame, contacts=replace(frame.contacts, gap=gap)), Springs(1.0, 1.0, 1e-4, distant=-1e-3)
+    frame, law = replace(frame, contacts=replace(frame.contacts, gap=gap)), ContactLaw(kn=1.0, kt=1.0, kr=1e-4, f0=1e-3, d0=1.0)
     for friction, rolling in MODELS:
         kept = backbone_of(frame, rolling)
-        model = {"springs": springs, "friction": friction, "rolling": rolling, "free_cell": True}
+        model = {"law": law, "friction": friction, "rolling": rolling, "free_cell": True}
         result, expected = rigidity(frame, **model), rigidity(alone(frame, kept), **model)
         assert result.backbone_grains == len(kept)
         assert result.backbone_mechanisms == expected.mechanisms
@@ -165,14 +166,14 @@ def test_the_backbone_is_counted_as_if_the_other_grains_were_not_there(solid, se
 
 def test_a_triangle_that_floats_in_a_hole_does_not_spoil_the_backbone():
     rigid, triangle = double_triangle(), strip(3)
-    result = rigidity(together(rigid, triangle), springs=SPRINGS)
+    result = rigidity(together(rigid, triangle), law=LAW)
     assert (result.mechanisms, result.backbone_grains, result.backbone_mechanisms) == (4, 4, 1)  # both turn, one moves besides
     lattice = triangular(8)  # periodic, so that it cannot turn; a hexagon of it taken out and a triangle put there
     apart = lattice.position - lattice.position[27]
     hole = np.hypot(*(apart - lattice.cell * np.round(apart / lattice.cell)).T) < 2.1
     corners = np.array([(0.0, 1.0), (-(0.75**0.5), -0.5), (0.75**0.5, -0.5)]) / 3**0.5  # of sides 1
     grains = np.vstack((lattice.position[~hole], lattice.position[27] + corners))
-    result = rigidity(joined(grains, 1.0, lattice.cell, reach=1.001), springs=SPRINGS)
+    result = rigidity(joined(grains, 1.0, lattice.cell, reach=1.001), law=LAW)
     assert (result.grains - result.backbone_grains, result.mechanisms, result.backbone_mechanisms) == (3, 3, 0)
     assert result.positive_definite_backbone and not result.positive_definite
 
@@ -183,11 +184,11 @@ def test_a_grain_that_hangs_on_a_rigid_lattice_rolls_and_leaves_the_backbone_rig
     lattice = joined(frame.position + 3.0, 1.0, cell, reach=1.001)
     corner, further = lattice.position[np.argmax(lattice.position.sum(axis=1))], np.array((0.8, 0.6))
     tail = joined(np.vstack((lattice.position, corner + further, corner + 2 * further)), 1.0, cell, reach=1.001)
-    result = rigidity(tail, springs=SPRINGS)
+    result = rigidity(tail, law=LAW)
     # a lattice turns as a whole
     assert (result.mechanisms, result.backbone_grains, result.backbone_mechanisms) == (1 + 2, 36, 1)
     assert not result.positive_definite and not result.positive_definite_backbone
-    record = json.loads(json.dumps(rigidity(triangular(6), springs=SPRINGS).as_dict()))
+    record = json.loads(json.dumps(rigidity(triangular(6), law=LAW).as_dict()))
     assert record["positive_definite_backbone"] is True and record["backbone_grains"] == 36
 
 
@@ -223,13 +224,13 @@ def test_branches_stored_with_few_digits_are_counted_alike():
 
 def test_a_larger_packing_is_counted_consistently_with_a_clear_gap():
     """1400 grains, as in G07: the identities hold (or it would raise) and no pivot is near the threshold 1e-9."""
-    result = rigidity(packing(1400, 0.8, 5), springs=SPRINGS, free_cell=True)
+    result = rigidity(packing(1400, 0.8, 5), law=LAW, free_cell=True)
     assert result.largest_residue < 1e-11 < 1e-6 < result.smallest_pivot
 
 
 def test_the_record_is_plain_json_even_without_contacts():
     frame = frame_of([(0.0, 0.0), (5.0, 5.0)], 1.0, 10.0, [], [], [])
-    record = json.loads(json.dumps(rigidity(frame, springs=SPRINGS, free_cell=True).as_dict(), allow_nan=False))
+    record = json.loads(json.dumps(rigidity(frame, law=LAW, free_cell=True).as_dict(), allow_nan=False))
     assert record["hyperstaticity"] == 0
     assert record["floppy_modes"] == 8
     assert record["cell_degrees"] == 2
@@ -243,22 +244,22 @@ def test_a_network_at_the_edge_of_singularity_is_refused():
     i, j = [0, 1, 0], [1, 2, 2]
     frame = frame_of(position, 1.0, 50.0, i, j, position[j] - position[i])
     with pytest.raises(WorkflowError, match="too close to singular"):
-        rigidity(frame, springs=SPRINGS, friction=False)
+        rigidity(frame, law=LAW, friction=False)
 
 
 def test_messages():
     frame = row(3)
     with pytest.raises(InputError, match="rolling resistance needs rotations"):
-        rigidity(frame, springs=SPRINGS, friction=False, rolling=True)
+        rigidity(frame, law=LAW, friction=False, rolling=True)
     with pytest.raises(InputError, match="0 grains"):
-        rigidity(frame_of(np.zeros((0, 2)), 1.0, 1.0, [], [], []), springs=SPRINGS)
+        rigidity(frame_of(np.zeros((0, 2)), 1.0, 1.0, [], [], []), law=LAW)
     with pytest.raises(InputError, match="grains 1 and 2 are at the same place"):
-        rigidity(frame_of(np.zeros((2, 2)), 1.0, 5.0, [0], [1], [(0.0, 0.0)]), springs=SPRINGS)
-    with pytest.raises(InputError, match="'tangential' is 0"):
-        stiffness_matrix(frame, degrees(frame, friction=True), Springs(1.0))
-    for bad in ({"normal": 0.0}, {"tangential": -1.0}, {"rolling": np.nan}, {"distant": 1.0}):
+        rigidity(frame_of(np.zeros((2, 2)), 1.0, 5.0, [0], [1], [(0.0, 0.0)]), law=LAW)
+    with pytest.raises(InputError, match="'kt' is 0"):
+        stiffness_matrix(frame, degrees(frame, friction=True), ContactLaw(1.0))
+    for bad in ({"kn": 0.0}, {"kt": -1.0}, {"kr": np.nan}, {"f0": -1.0}):
         with pytest.raises(InputError, match=f"'{next(iter(bad))}' is"):
-            Springs(**({"normal": 1.0} | bad))
+            ContactLaw(**({"kn": 1.0} | bad))
 
 
 def test_coefficients_do_not_grow_from_front_to_front():

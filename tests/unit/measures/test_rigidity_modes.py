@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from networks import angle_between, double_triangle, packing, ring, row, strip, together, triangular
 
+from workflow.data.contact_law import ContactLaw
 from workflow.measures.modes import floppy_modes, hyperstatic_clusters, mobility, self_stress, without_loose
-from workflow.measures.network import Springs
 from workflow.measures.rigidity import rigidity
 
 MODELS = [(False, False, False), (True, False, False), (True, False, True), (True, True, False), (True, True, True)]
-SPRINGS = Springs(normal=1.0, tangential=1.0, rolling=1.0)
+LAW = ContactLaw(kn=1.0, kt=1.0, kr=1.0)
 
 
 @pytest.mark.parametrize(("friction", "rolling", "free_cell"), MODELS)
@@ -17,7 +17,7 @@ def test_floppy_modes_are_an_orthonormal_basis_beyond_the_translations(friction,
     frame = packing(50, 0.4, 2)
     model = {"friction": friction, "rolling": rolling, "free_cell": free_cell}
     modes = floppy_modes(frame, **model)
-    assert len(modes.grains) == rigidity(frame, springs=SPRINGS, **model).mechanisms
+    assert len(modes.grains) == rigidity(frame, law=LAW, **model).mechanisms
     length = frame.diameter.mean()
     flat = np.hstack(((modes.grains * [1.0, 1.0, length]).reshape(len(modes.grains), -1), modes.cell * length))
     # 1e-12: round-off of orthogonalising some 150 vectors of 150 entries.
@@ -60,7 +60,7 @@ def test_self_stresses_balance_every_grain(friction, rolling, free_cell):
     pairs = frame.contacts
     model = {"friction": friction, "rolling": rolling, "free_cell": free_cell}
     stress = self_stress(frame, **model)
-    assert stress.normal.shape[0] == rigidity(frame, springs=SPRINGS, **model).hyperstaticity > 0
+    assert stress.normal.shape[0] == rigidity(frame, law=LAW, **model).hyperstaticity > 0
     systems = (part.toarray() for part in (stress.normal, stress.tangential, stress.moment))
     arm = pairs.distance / (frame.diameter[pairs.i] + frame.diameter[pairs.j])
     n = pairs.normal

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from networks import double_triangle, frame_of, packing, row, square, strip, together
 
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
-from workflow.measures.network import Springs, degrees, rigidity_matrix
+from workflow.measures.network import degrees, rigidity_matrix
 from workflow.measures.pebble import rigid_clusters
 from workflow.measures.rigidity import rigidity
 
@@ -71,7 +72,7 @@ def test_two_triangles_joined_by_one_contact_hinge_there():
 def test_counting_overlooks_the_counter_rotation_of_even_loops():
     """The documented limit: on a square lattice the matrix finds a mechanism that no count of bars can see."""
     frame = square(6)
-    result = rigidity(frame, springs=Springs(1.0, 1.0))
+    result = rigidity(frame, law=ContactLaw(1.0, 1.0))
     assert rigid_clusters(frame).sizes[0] == frame.grains
     assert result.mechanisms == 1
 
@@ -79,7 +80,7 @@ def test_counting_overlooks_the_counter_rotation_of_even_loops():
 def test_sample_of_the_paper_in_a_blink():
     """5600 grains near the rigidity transition take 0.2 s; a quadratic search would take minutes."""
     frame = packing(5600, 0.66, 1)
-    assert rigid_clusters(frame).redundant.sum() == rigidity(frame, springs=Springs(1.0, 1.0)).hyperstaticity
+    assert rigid_clusters(frame).redundant.sum() == rigidity(frame, law=ContactLaw(1.0, 1.0)).hyperstaticity
 
 
 def test_no_grains():

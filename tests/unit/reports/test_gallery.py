@@ -9,18 +9,18 @@ from matplotlib.collections import EllipseCollection, LineCollection, PolyCollec
 
 from workflow.cli.plot import FIGURES, OF_RUNS
 from workflow.data.build import make_frame
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
 from workflow.measures.holes import hole_triangles
 from workflow.measures.modes import floppy_modes, mobility
-from workflow.measures.network import Springs
-from workflow.measures.registry import Constants
+from workflow.measures.registry import Settings
 from workflow.measures.synthetic import ballistic_aggregate
 from workflow.reports import charts, figures, maps, triangles
 from workflow.reports import registry as gallery
 from workflow.reports.registry import PLOTS
 from workflow.reproduce import sketches
 
-LAW = Constants(springs=Springs(1.0, 1.0), cohesive=True)
+LAW = Settings(ContactLaw(kn=1.0, kt=1.0, mu=0.5, f0=1.0))
 
 
 def lattice(seed: int = 0, side: int = 8, missing: int = 12):

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from workflow.campaign.measured import found_at, group_of, jackknife, of_samples
+from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
 from workflow.measures.density import Scattering
-from workflow.measures.network import Springs
-from workflow.measures.registry import Constants
+from workflow.measures.registry import Settings
 from workflow.reproduce.papers import Case, Paper, Printed, papers, points_of, read_paper
 from workflow.reproduce.scoreboard import (
     AGREES,
@@ -151,11 +151,11 @@ def test_fit_is_made_to_the_mean_over_samples() -> None:
     samples = []
     for sign in (1.0, -1.0):
         one = Scattering(edges, k, exact * (1.0 + sign * tilt), np.full(24, np.nan), np.full(24, 100.0), 0.4)
-        samples.append({"density": plain(density_of([one], LAW))})
-    assert of_samples("density.fit.dimension", samples, LAW) == pytest.approx(1.6, abs=1e-3)
-    assert of_samples("density.fit.xi", samples, LAW) == pytest.approx(5.0, rel=1e-2)
-    assert of_samples("density.fit.dimension", samples[:1], LAW) != pytest.approx(1.6, abs=1e-2)
-    assert (jackknife("density.fit.dimension", samples, LAW) or 0.0) > 0.01
+        samples.append({"density": plain(density_of([one], SETTINGS))})
+    assert of_samples("density.fit.dimension", samples, SETTINGS) == pytest.approx(1.6, abs=1e-3)
+    assert of_samples("density.fit.xi", samples, SETTINGS) == pytest.approx(5.0, rel=1e-2)
+    assert of_samples("density.fit.dimension", samples[:1], SETTINGS) != pytest.approx(1.6, abs=1e-2)
+    assert (jackknife("density.fit.dimension", samples, SETTINGS) or 0.0) > 0.01
 
 
 def test_fit_to_samples_of_two_sizes() -> None:
@@ -172,11 +172,11 @@ def test_fit_to_samples_of_two_sizes() -> None:
         one = Scattering(
             edges[first:], k[first:], intensity[first:], np.full(24 - first, np.nan), np.full(24 - first, 100.0), 0.4
         )
-        samples.append({"density": plain(density_of([one], LAW))})
-    assert of_samples("density.fit.dimension", samples, LAW) == pytest.approx(1.6, abs=1e-2)
+        samples.append({"density": plain(density_of([one], SETTINGS))})
+    assert of_samples("density.fit.dimension", samples, SETTINGS) == pytest.approx(1.6, abs=1e-2)
 
 
-LAW = Constants(springs=Springs(1e5, 1e5, 0.0, -1e3), cohesive=True, window=(0.05, 4.0))
+SETTINGS = Settings(ContactLaw(kn=1e5, kt=1e5, mu=0.5, f0=1.0, d0=1e-3), window=(0.05, 4.0))
 
 
 def test_base_profile_and_avalanches_of_several_heaps() -> None:

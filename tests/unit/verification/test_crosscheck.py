@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.scene.method1 import Method1
-from workflow.scene.parts import Law
 from workflow.scene.placement import cell_length
 from workflow.verification.crosscheck import (
     CLASSES,
@@ -33,7 +33,7 @@ from workflow.verification.crosscheck_few import few_bodies, few_cases
 from workflow.verification.one_run import Outcome
 from workflow.verification.other_engines import PEERS, liggghts_data, liggghts_law, run
 
-LAW = Law(kn=2e4, kt=1e4, zeta=0.6, mu=0.3, f0=0.0, d0=0.0, kr=0.0, mur=0.0)
+LAW = ContactLaw(kn=2e4, kt=1e4, zeta=0.6, mu=0.3, f0=0.0, d0=0.0, kr=0.0, mur=0.0)
 DISCS = Discs(np.array([1.0, 0.5, 1.0]), np.array([[0.1, 0.2], [1.5, 1.0], [3.0, 2.5]]), np.array([4.0, 3.0]))
 
 
@@ -109,7 +109,7 @@ def test_differences_are_taken_seed_by_seed() -> None:
 @needs("liggghts")
 def test_liggghts_computes_the_law_of_lammps() -> None:
     """Without friction the laws are one and the same: to rounding that of `granular`, to the scheme's first order ours."""
-    head_on, two = [case for case in few_cases(4) if "mu" not in case.law]
+    head_on, two = [case for case in few_cases(4) if case.law.mu == 0.0]
     rows = {
         (r.case, r.engine, r.steps_per_period): r for r in few_bodies(["liggghts"], [28, 112], [head_on, two], io.StringIO())
     }
@@ -124,7 +124,7 @@ def test_liggghts_computes_the_law_of_lammps() -> None:
 @needs("yade")
 def test_lever_arms_make_the_difference_in_friction() -> None:
     """Undamped, the laws differ by overlaps over radii alone: a tenth of the overlap leaves a tenth of the difference."""
-    soft, stiff = [case for case in few_cases(4) if case.law.get("mu") and not case.law.get("zeta")]
+    soft, stiff = [case for case in few_cases(4) if case.law.mu and not case.law.zeta]
     rows = {(r.case, r.engine): r.error for r in few_bodies(PEERS, [112], [soft, stiff], io.StringIO())}
     for name in PEERS:
         assert rows[soft.name, name] < 2e-3  # overlaps of 1e-3 on radii of 1/4 to 1/2

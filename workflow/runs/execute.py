@@ -24,7 +24,8 @@ from workflow.runs.checkpoint import ACCOUNT, Seals
 from workflow.runs.child_process import Child
 from workflow.runs.directory import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.runs.identity import check_inputs
-from workflow.runs.installation import engine, python_child
+from workflow.runs.installation import engine
+from workflow.runs.launch import start_deck
 from workflow.runs.outputs import Parts
 from workflow.runs.progress import Progress
 from workflow.runs.resume_point import Start, start_of
@@ -49,15 +50,13 @@ def execute(
     (``any_deck`` accepts that);
     ArchiveError if what a checkpoint needs is lost (``anew`` begins again then).
     """
-    environment, out = engine(), out or sys.stderr
+    engine()  # before anything is changed: is everything there?
+    out = out or sys.stderr
     with directory.lock() as lock:
         _require_files(directory)
         check_inputs(directory, executed=True, continued=resume, any_deck=any_deck)
         variables = _start(directory, resume, out, anew=anew)
         before = float(directory.state.get("seconds") or 0.0)  # of the parts before this one
-        command = [*python_child(), DECK, *variables]
-        if ranks > 1:
-            command = [str(environment.mpiexec), "-n", str(ranks), *command]
         state = directory.state
         begun_on, earlier = state.get("ranks", ranks), state.get("earlier_ranks", [])
         if resume and begun_on != ranks and state.get("starts", 0):
@@ -77,7 +76,7 @@ def execute(
             return status
 
         with open(directory / "engine.err", "w+", encoding="utf-8", errors="replace") as errors:
-            child = Child(command, directory.path, environment.variables(), errors, lock.fileno())
+            child = start_deck(directory.path, DECK, variables, ranks, errors, lock.fileno())
             try:
                 interrupted, full = _watch(child, directory, progress.show, seals)
             except EngineError as fault:
@@ -114,11 +113,11 @@ def _require_files(directory: RunDirectory) -> None:
             raise InputError(f"'{path}' is {what}, and the engine writes there; put the file itself in its place")
 
 
-def _start(directory: RunDirectory, resume: bool, out: TextIO, *, anew: bool = False) -> list[str]:
+def _start(directory: RunDirectory, resume: bool, out: TextIO, *, anew: bool = False) -> dict[str, object]:
     """Variables that say where the deck starts, after the directory was brought back to that point."""
     if not resume:
         (directory / "stop").unlink(missing_ok=True)
-        return []
+        return {}
     if directory.state["status"] == FINISHED:
         raise InputError(f"the run in '{directory.path}' is finished; there is nothing to resume (see 'wf measure')")
     try:
@@ -137,8 +136,8 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO, *, anew: bool = F
     _forget_result(directory)
     start.cut_back()
     if checkpoint is None:  # interrupted before the first checkpoint: start over
-        return []
-    return ["resume", "yes", "restart", checkpoint.path.name, "stage", str(checkpoint.stage)]
+        return {}
+    return {"resume": "yes", "restart": checkpoint.path.name, "stage": checkpoint.stage}
 
 
 def _require_notes(folder: Path) -> None:

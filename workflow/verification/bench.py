@@ -17,7 +17,8 @@ from workflow.data.discs import Discs
 from workflow.data.progress import Meter
 from workflow.deck.template import data_file, templates
 from workflow.errors import EngineError, EnvironmentFault
-from workflow.verification.bench_states import dense, gas, run_command, run_deck
+from workflow.runs.launch import run_program, run_template
+from workflow.verification.bench_states import dense, gas
 
 ENGINES = ("exact", "stock", "hooke/history", "granular", "liggghts", "yade")
 PROGRAMS = ("liggghts", "yade")  # programs of their own; the others run in this package's LAMMPS
@@ -155,14 +156,14 @@ def _loop(folder: Path, row: str, ranks: int, values: Mapping[str, object], grai
     if row == "liggghts":
         options = [str(word) for name, value in values.items() for word in ("-var", name, value)]
         shutil.copy(templates() / "bench_liggghts.in", folder)
-        log = run_command([row, "-in", "bench_liggghts.in", "-screen", "none", *options], folder)
+        log = run_program([row, "-in", "bench_liggghts.in", "-screen", "none", *options], folder).output()
     elif row == "yade":
         given = {"kn": 1e5, "zeta": 0.8, "mu": 0.5, "step": 1e-4, **values}
         words = ["grains.data", *(str(given[name]) for name in ("kn", "zeta", "mu", "step", "warm", "steps"))]
-        log = run_command([row, "-n", "-x", "-j1", str(templates() / "bench_yade.py"), *words], folder)
+        log = run_program([row, "-n", "-x", "-j1", str(templates() / "bench_yade.py"), *words], folder).output()
     else:
         changed = {**OWN, **SWITCHES}[row]
-        log = run_deck(folder, "bench.in", {**values, **changed, "data": "grains.data"}, ranks)
+        log = run_template(folder, "bench.in", {**values, **changed, "data": "grains.data"}, ranks=ranks).output()
     return read_loop(log, grain_steps)
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +9,8 @@ import numpy as np
 from workflow.archive.foreign import foreign_frames
 from workflow.data.discs import Discs, strips
 from workflow.data.frame import Frame
-from workflow.deck.template import data_file, templates
-from workflow.errors import EngineError
-from workflow.runs.installation import engine, python_child
+from workflow.deck.template import data_file
+from workflow.runs.launch import run_template
 from workflow.scene.placement import cell_length, diameters, gaussian, place
 
 GAS, DENSE = 0.36, 0.80  # solid fractions
@@ -34,7 +30,7 @@ def dense(n: int, folder: Path) -> Discs:
     start = gas(n)
     length = repr(cell_length(start.diameter, DENSE))
     (folder / "gas.data").write_text(data_file(start), encoding="ascii")
-    run_deck(folder, "bench_dense.in", {"data": "gas.data", "width": length, "height": length})
+    run_template(folder, "bench_dense.in", {"data": "gas.data", "width": length, "height": length}).output()
     return of_frame(next(foreign_frames(folder / "dense.dump")))
 
 
@@ -43,25 +39,3 @@ def of_frame(frame: Frame) -> Discs:
     position = np.mod(frame.position - frame.origin, frame.cell)
     order = strips(position, frame.cell)
     return Discs(frame.diameter[order], position[order], frame.cell, np.zeros_like(position))
-
-
-def run_deck(folder: Path, deck: str, values: dict[str, object], ranks: int = 1) -> str:
-    """Run a template in ``folder`` on ``ranks`` MPI ranks; its log.  Raises EngineError with the engine's words."""
-    shutil.copy(templates() / deck, folder)
-    found = engine()
-    command = [*python_child(), deck, *(str(word) for pair in values.items() for word in pair)]
-    launcher = [str(found.mpiexec), "-n", str(ranks)] if ranks > 1 else []
-    return run_command([*launcher, *command], folder, found.variables())
-
-
-def run_command(command: list[str], folder: Path, environment: dict[str, str] | None = None) -> str:
-    """Run ``command`` in ``folder``; what it printed and its log.lammps.  Raises EngineError if it fails."""
-    log = folder / "log.lammps"
-    log.unlink(missing_ok=True)
-    child = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    text = child.stdout + (log.read_text(errors="replace") if log.is_file() else "")
-    if child.returncode != 0:
-        words = re.search(r"ERROR.*", text + child.stderr)
-        last = (child.stderr.strip() or text.strip() or "no message").splitlines()[-1]
-        raise EngineError(f"the run {' '.join(command[-40:])!r:.200} stopped: {words[0] if words else last}")
-    return text

@@ -26,10 +26,9 @@ from workflow.data.series import read_series
 from workflow.deck.template import DATA, DECK, data_file, render
 from workflow.errors import EngineError
 from workflow.measures.contacts import coordination, kinetic_energy
-from workflow.runs.installation import engine, python_child
+from workflow.runs.launch import run_deck
 from workflow.scene.method1 import Method1
 from workflow.scene.placement import Floats, diameters, place
-from workflow.verification.bench_states import run_command
 from workflow.verification.one_run import Outcome, outcome_of
 from workflow.verification.other_engines import PEERS
 from workflow.verification.other_engines import run as run_peer
@@ -155,7 +154,7 @@ def own_run(folder: Path, scene: Method1, discs: Discs) -> Outcome:
     (folder / DECK).write_text(render(scene), encoding="ascii")
     for name in ("grains.dump", "contacts.dump"):
         (folder / name).unlink(missing_ok=True)
-    run_command([*python_child(), DECK], folder, engine().variables())
+    run_deck(folder, DECK).output()
     *_, block = read_blocks(folder / "grains.dump", "ATOMS")
     series = read_series(folder / "series.txt")
     return outcome_of(block.named, {name: float(series[f"length_{name[1]}"][-1]) for name in ("lx", "ly")}, 0.0)

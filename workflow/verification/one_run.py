@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,9 +12,9 @@ import numpy as np
 
 from workflow.archive.dumps import read_blocks
 from workflow.data.discs import Discs
-from workflow.deck.template import data_file, templates
+from workflow.deck.template import data_file
 from workflow.errors import EngineError, InputError
-from workflow.runs.installation import engine, python_child
+from workflow.runs.launch import run_template
 from workflow.scene.placement import Floats
 
 COARSE = 0.3  # seconds; the processor's share of a shorter loop is too coarse a number
@@ -71,26 +69,16 @@ def run(
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copy(templates() / "accuracy.in", folder)
         text = data_file(discs) + ("" if velocity is None else velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
-        options = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]
-        try:
-            child = subprocess.run(
-                [*python_child(), "accuracy.in", *options], cwd=folder, env=engine().variables(), capture_output=True,
-                text=True, check=False, timeout=patience,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired as fault:
-            raise EngineError(f"the run did not end within {patience:.0f} s") from fault
-        log = (folder / "log.lammps").read_text(errors="replace") if (folder / "log.lammps").is_file() else ""
-        found = re.findall(r"^RESULT (.*)$", log, re.MULTILINE)
-        if child.returncode != 0 or not found:
-            words = child.stderr.strip().splitlines()[-1:] or ["the engine left no message"]
-            raise (EngineError if "\nLoop time" in log else InputError)(words[0])
+        done = run_template(folder, "accuracy.in", {**values, "data": "grains.data"}, patience=patience)
+        found = re.findall(r"^RESULT (.*)$", done.log, re.MULTILINE)
+        if done.status or not found:
+            raise (EngineError if "\nLoop time" in done.log else InputError)(done.words)
         numbers = found[-1].split()
         result = {key: float(value) for key, value in zip(numbers[::2], numbers[1::2], strict=True)}
         (block,) = read_blocks(folder / "grains.dump", "ATOMS")
-        return outcome_of(block.named, result, _processor_time(log))
+        return outcome_of(block.named, result, _processor_time(done.log))
 
 
 def _processor_time(log: str) -> float:

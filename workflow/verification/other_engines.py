@@ -20,8 +20,8 @@ from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.deck.template import data_file, templates
 from workflow.errors import EngineError
+from workflow.runs.launch import run_program
 from workflow.scene.placement import Floats
-from workflow.verification.bench_states import run_command
 from workflow.verification.one_run import Outcome, outcome_of, velocities
 
 PEERS = ("liggghts", "yade")
@@ -90,7 +90,7 @@ def run(
     dump = folder / "grains.dump"
     dump.unlink(missing_ok=True)
     begun = time.perf_counter()
-    words = run_command(command, folder)
+    words = run_program(command, folder).output()
     found = re.findall(r"^RESULT lx (\S+) ly (\S+)", words, re.MULTILINE)
     if not found or not dump.is_file():
         raise EngineError(f"{program} did not come to the end in '{folder}'; it said: {' '.join(words.split())[-200:]}")

@@ -9,7 +9,6 @@ import os
 import re
 import resource
 import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -28,9 +27,10 @@ from workflow.errors import EngineError, WorkflowError
 from workflow.measures.registry import measure_groups
 from workflow.pipeline.collect import measures_of, settings_of, write
 from workflow.runs.directory import ARCHIVE, RunDirectory
-from workflow.runs.installation import engine, python_child
+from workflow.runs.installation import python_child
+from workflow.runs.launch import run_deck, run_program
 from workflow.scene.method1 import Method1
-from workflow.verification.bench_states import of_frame, run_command
+from workflow.verification.bench_states import of_frame
 
 STATES = ("gas", "dense")
 SEED = 1
@@ -145,13 +145,11 @@ def run_ranks(folder: Path, n: int, ranks: int) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for name in ("grains.dump", "contacts.dump", "series.txt"):
         (folder / name).unlink(missing_ok=True)
-    found = engine()
-    launcher = [str(found.mpiexec), "-n", str(ranks)] if ranks > 1 else []
     (folder / "nothing.in").write_text("log log.lammps\n", encoding="ascii")
-    run_command([*launcher, *python_child(), "nothing.in"], folder, found.variables())
+    run_deck(folder, "nothing.in", ranks=ranks).output()
     who, empty = resource.RUSAGE_CHILDREN, 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     with measured(rows, "engine", n, ranks=ranks, who=who, base=empty) as row:
-        log = run_command([*launcher, *python_child(), DECK], folder, found.variables())
+        log = run_deck(folder, DECK, ranks=ranks).output()
         row["MB"] = sum(_size(folder / name) for name in ("grains.dump", "contacts.dump"))
     last = log[log.rindex("Loop time of") :]
     loop, steps = float(last.split()[3]), int(last.split()[8])
@@ -272,10 +270,10 @@ def scale(counts: Sequence[int], states: Sequence[str], ranks: Sequence[int], st
 def part(name: str, *arguments: Path | int | str) -> list[dict[str, Any]]:
     """One of PARTS in a process of its own."""
     words = json.dumps([name, *(str(word) if isinstance(word, Path) else word for word in arguments)])
-    child = subprocess.run([*python_child("workflow.verification.scale"), words], capture_output=True, text=True, check=False)
-    if child.returncode != 0:
-        raise EngineError(f"stage {words}: {(child.stderr.strip() or 'no message').splitlines()[-1]}")
-    return list(json.loads(child.stdout.splitlines()[-1]))
+    done = run_program([*python_child("workflow.verification.scale"), words])
+    if done.status:
+        raise EngineError(f"stage {words}: {done.words}")
+    return list(json.loads(done.printed.splitlines()[-1]))
 
 
 def _installed(package: str) -> bool:

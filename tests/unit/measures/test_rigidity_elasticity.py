@@ -42,7 +42,7 @@ def hessian(function, size, step=1e-3):
 def test_stiffness_is_the_hessian_of_the_energy_at_zero_prestress(friction, rolling, free_cell):
     frame = strip(6)
     book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
-    law = LAW if rolling else replace(LAW, rolling=0.0)
+    law = LAW if rolling else replace(LAW, kr=0.0)
     exact = hessian(lambda motion: energy(frame, motion, book.per_grain, law, frame.contacts.distance), book.columns)
     # Differences over 2e-3: truncation about (1e-3)^2 times fourth derivatives of order ten.
     np.testing.assert_allclose(stiffness_matrix(frame, book, law).toarray(), exact, atol=5e-5)

@@ -5,24 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from workflow.archive.read import Archive
-from workflow.cli.options import command, whole_number
+from workflow.cli.lists import grains, listed, one_of, positive
+from workflow.cli.options import command
 from workflow.cli.run import add_oversubscribe
-from workflow.cli.sources import archived
 from workflow.data.table import write_csv
 from workflow.errors import InputError
-from workflow.pipeline.collect import ARCHIVE
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import check_room, engine
-from workflow.scene.heap import Heap
-from workflow.scene.method1 import Method1
-from workflow.verification.bench import ENGINES, PROGRAMS, STATES, State, Timing, bench, missing, own_states
-from workflow.verification.bench_states import of_frame
+from workflow.verification.bench import ENGINES, PROGRAMS, STATES, State, bench, missing, own_states
+from workflow.verification.bench_states import state_of_run
+from workflow.verification.tables import bench_table
 
 EXAMPLES = """
 wf bench                                          1400 grains, gas and dense, every installed engine
@@ -31,8 +27,6 @@ wf bench --state dense --engines exact,granular --json
 wf bench --engines exact --switches               what the switches of a scene save, what a barostat costs
 wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
-TITLES = f"{'ns per grain and step':26s}  median    least ..   most  /hooke  /exact   pair  neigh   comm modify  other"
-Item = TypeVar("Item")
 
 
 def declare(commands: Any) -> None:
@@ -70,7 +64,7 @@ def action(arguments: argparse.Namespace) -> int:
             positive(str(getattr(arguments, name)), f"--{name}")
     if arguments.csv and not arguments.csv.parent.is_dir():
         raise InputError(f"--csv '{arguments.csv}': there is no directory '{arguments.csv.parent}'; make it first")
-    states, common = _given(arguments) if arguments.directory else (_made(arguments), {})
+    states, common = state_of_run(_alone(arguments)) if arguments.directory else (_made(arguments), {})
     engine()
     for name in missing(engines):
         print(f"{name} not installed: apt-get install {name}", file=sys.stderr)
@@ -78,7 +72,7 @@ def action(arguments: argparse.Namespace) -> int:
                     switches=arguments.switches, common=common)  # fmt: skip
     if arguments.csv:
         write_csv(arguments.csv, timings)
-    print(json.dumps([asdict(timing) for timing in timings], indent=1) if arguments.json else table(timings))
+    print(json.dumps([asdict(timing) for timing in timings], indent=1) if arguments.json else bench_table(timings))
     return 0
 
 
@@ -89,83 +83,8 @@ def _made(arguments: argparse.Namespace) -> list[tuple[str, State]]:
     )
 
 
-def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict[str, object]]:
-    """The last frame of a run as the only state, with the law and step of the run."""
+def _alone(arguments: argparse.Namespace) -> RunDirectory:
+    """The run whose last frame is the state.  Raises InputError if states are asked for too."""
     if arguments.n or arguments.state:
         raise InputError("--n and --state are for states that are made; leave them out or leave out DIR")
-    directory = RunDirectory.open(arguments.directory)
-    scene = directory.scene
-    if isinstance(scene, Heap) or scene.cohesion:
-        raise InputError(
-            f"'{directory.path}' is no packing without cohesion, what LAMMPS's own styles can hold together; "
-            "give a run made with --no-cohesion"
-        )
-    archived(directory)
-    with Archive(directory / ARCHIVE) as archive:
-        discs = of_frame(archive.frame(-1))
-    law = scene.law_in_units
-    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": scene.step_choice.step}
-    return [(directory.path.name, lambda folder: discs)], common
-
-
-def listed(option: str, given: str | Sequence[str], read: Callable[[str, str], Item]) -> list[Item]:
-    """The words of an option, between commas or blanks, each once, as ``read`` understands them."""
-    words = (given if isinstance(given, str) else ",".join(given)).replace(" ", ",").split(",")
-    found = list(dict.fromkeys(read(word, option) for word in words if word))
-    if not found:
-        raise InputError(f"{option} is empty; give at least one word, or leave it out")
-    return found
-
-
-def positive(word: str, option: str, least: int = 1) -> int:
-    """A whole number of at least ``least``; InputError if it is none."""
-    if not word.isdigit() or int(word) < least:
-        raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {least}")
-    return int(word)
-
-
-def grains(least: int) -> Callable[[str, str], int]:
-    """A reader of numbers of grains, also written 1e5, as many as a scene can have."""
-
-    def read(word: str, option: str) -> int:
-        try:
-            count = positive(str(whole_number(word)), option, least)
-        except (ValueError, OverflowError, argparse.ArgumentTypeError):
-            raise InputError(f"{option} '{word}' is not allowed: give whole numbers of at least {least}") from None
-        Method1(n=count)  # says what no scene can have
-        return count
-
-    return read
-
-
-def one_of(names: Sequence[str]) -> Callable[[str, str], str]:
-    """A reader of one of ``names``."""
-
-    def read(word: str, option: str) -> str:
-        if word not in names:
-            raise InputError(f"{option} '{word}' is not known; known are: {', '.join(names)}")
-        return word
-
-    return read
-
-
-def table(timings: Sequence[Timing]) -> str:
-    """The timings in words, one block per state."""
-    lines: list[str] = []
-    for timing in timings:
-        head = (
-            f"{timing.state}, {timing.n} grains, {timing.ranks} rank{'s' * (timing.ranks > 1)}, "
-            f"{timing.rounds} rounds of {timing.steps} steps"
-        )
-        if head not in lines:
-            lines += ["", head, TITLES]
-        parts = " ".join(_shown(part, 6, 1) for part in (timing.pair, timing.neigh, timing.comm, timing.modify, timing.other))
-        lines.append(
-            f"{timing.engine:26s} {timing.ns_per_grain_step:7.1f}  {timing.least:7.1f} .. {timing.most:6.1f} "
-            f"{_shown(timing.ratio, 7, 2)} {_shown(timing.ratio_to_exact, 7, 2)} {parts}"
-        )
-    return "\n".join(lines[1:])
-
-
-def _shown(value: float | None, width: int, digits: int) -> str:
-    return "-".rjust(width) if value is None else f"{value:{width}.{digits}f}"
+    return RunDirectory.open(arguments.directory)

@@ -1,22 +1,18 @@
-"""Dumps of other programs on the command line: what the user says of them, and their measures."""
+"""Dumps of other programs on the command line: what the user says of them."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from workflow.archive.columns import Reading
 from workflow.archive.samples import Files
 from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Frame
 from workflow.errors import InputError
-from workflow.measures.contacts import measure, stress_parts
-from workflow.measures.registry import Settings, attempt, measure_groups, slipping
+from workflow.measures.registry import Settings
+from workflow.pipeline.dumps import frame_of_files, settings_of_dump
 
 OPTIONS = ("window", "spacing")  # of the command line that are fields of Settings
 
@@ -29,18 +25,6 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
         if not 0 <= low < high:
             raise InputError(f"--window {low:g} {high:g} is not allowed: it must ascend from 0 or more")
     return given
-
-
-def measures_of_dump(frame: Frame, settings: Settings, groups: Sequence[str]) -> dict[str, Any]:
-    """The standard numbers with the two parts of the stress, the groups, and the notes."""
-    numbers = measure(frame, force_unit=settings.force_unit, tolerance=settings.tolerance)
-    numbers["stress"] |= stress_parts(frame)
-    sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
-    time = None if "time" in frame.lacks else frame.time
-    found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, settings, groups)
-    if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):
-        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, settings))
-    return found | {"time": time, "step": frame.step, "notes": list(frame.notes)}
 
 
 def reading_of(arguments: argparse.Namespace) -> Reading:
@@ -57,31 +41,17 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
 
 
 def frame_of_dump(files: Files, arguments: argparse.Namespace) -> tuple[Frame, Settings]:
+    """The frame that ``arguments`` choose, and the settings of its measures.  Raises InputError."""
     cohesive = arguments.f0 > 0
     if cohesive and not (arguments.d0 or 0) > 0:
         raise InputError(f"--f0 {arguments.f0:g} needs the range of the attraction; add --d0")
-    sample = files.sample(reading_of(arguments))
-    frame = sample.frame(arguments.frame)
-    if len(sample.steps) > 1:
-        place = f"frame {arguments.frame % len(sample.steps) + 1} of {len(sample.steps)}, step {frame.step}"
-        frame = replace(frame, notes=(place, *frame.notes))
-    normal = abs(frame.contacts.normal_force) if "normal" not in frame.lacks else np.empty(0)
-    unit = arguments.force_unit or (arguments.f0 if cohesive else float(normal.mean() if len(normal) else 0.0)) or 1.0
-    kt = arguments.kn if arguments.kt is None else arguments.kt
-    known = arguments.mu is not None
+    frame = frame_of_files(files, reading_of(arguments), arguments.frame)
     law = ContactLaw(
-        kn=arguments.kn, kt=kt, mu=arguments.mu if known else math.nan, f0=arguments.f0, d0=arguments.d0 if cohesive else 0.0,
+        kn=arguments.kn, kt=arguments.kn if arguments.kt is None else arguments.kt,
+        mu=math.nan if arguments.mu is None else arguments.mu, f0=arguments.f0, d0=arguments.d0 if cohesive else 0.0,
         kr=arguments.kr, mur=math.inf if arguments.kr > 0 else 0.0,
     )  # fmt: skip
-    return frame, Settings(
-        law, shows_friction=_shows_friction(frame), force_unit=unit,
-        length=1.0 if "diameter" in frame.lacks else float(frame.diameter.max()), **options_of(arguments),
-    )  # fmt: skip
-
-
-def _shows_friction(frame: Frame) -> bool:
-    """The file itself shows that there is friction, by tangential forces and flags of sliding."""
-    return not {"tangential", "sliding"} & frame.lacks and bool(frame.contacts.tangential.any())
+    return frame, settings_of_dump(frame, law, force_unit=arguments.force_unit, **options_of(arguments))
 
 
 def _names(arguments: argparse.Namespace) -> dict[str, str]:

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from workflow.archive.inspect import columns_of
 from workflow.archive.read import Archive
 from workflow.campaign.measured import found_at
-from workflow.cli.dumps import options_of
-from workflow.cli.inspect import columns_of
+from workflow.cli.dumps import options_of, reading_of
 from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import summary
 from workflow.cli.sources import (
@@ -73,7 +73,7 @@ def _table() -> str:
 def action(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a group that was asked for could not be had."""
     if arguments.columns_of is not None:
-        print(columns_of(arguments.columns_of, arguments))
+        print(columns_of(arguments.columns_of, reading_of(arguments)))
         return 0
     named = arguments.only.split(",") if arguments.only is not None else None
     chosen_groups(named, 0)  # a misspelt name is said before anything is computed

@@ -12,6 +12,7 @@ from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any
 
+from workflow.cli.lists import whole_number
 from workflow.errors import InputError
 from workflow.scene.parameter import Quantity, quantity_of
 from workflow.scene.registry import SCENES, Scene, read_toml, scene_from
@@ -88,20 +89,6 @@ def command_line() -> str:
         return option + equals + str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path.name)
 
     return shlex.join(["wf", *map(public, sys.argv[1:])])
-
-
-def whole_number(text: str) -> int:
-    """Whole numbers, also written 1e5."""
-    try:
-        return int(text)
-    except ValueError:
-        number = float(text)
-        if not number.is_integer():
-            raise argparse.ArgumentTypeError(f"{text} is not a whole number") from None
-        return int(number)
-
-
-whole_number.__name__ = "whole number"
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from workflow import __version__
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files
-from workflow.cli.dumps import measures_of_dump
 from workflow.cli.measure import lines
 from workflow.cli.options import command, command_line
 from workflow.cli.sources import (
@@ -30,6 +29,7 @@ from workflow.cli.status import standing
 from workflow.errors import InputError, WorkflowError
 from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
+from workflow.pipeline.dumps import measures_of_dump
 from workflow.pipeline.heap import ground
 from workflow.runs.directory import ARCHIVE, FINISHED, RunDirectory
 from workflow.scene.heap import Heap

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.bench import grains, listed, one_of, positive
-from workflow.cli.options import command, whole_number
+from workflow.cli.lists import grains, listed, one_of, positive, whole_number
+from workflow.cli.options import command
 from workflow.cli.run import add_oversubscribe
 from workflow.data.table import write_csv
 from workflow.errors import InputError
 from workflow.runs.installation import check_room, engine
-from workflow.verification.scale import STATES, Estimate, Stage, estimate, scale
+from workflow.verification.scale import STATES, estimate, scale
+from workflow.verification.tables import estimate_lines, scale_table
 
 EXAMPLES = """
 wf scale                                          1e5 grains, a gas and a packing, on 1 and 2 ranks
@@ -63,39 +63,5 @@ def action(arguments: argparse.Namespace) -> int:
         tables = {"stages": map(asdict, rows), "estimates": map(asdict, estimates)}
         print(json.dumps({name: list(table) for name, table in tables.items()}, indent=1))
     else:
-        print("\n".join([*table(rows), *(line for one in estimates for line in estimate_lines(one))]))
+        print("\n".join([*scale_table(rows), *(line for one in estimates for line in estimate_lines(one))]))
     return 0
-
-
-def table(rows: Sequence[Stage]) -> list[str]:
-    """The stages for people, one block per scene."""
-    lines: list[str] = []
-    for row in rows:
-        head = f"{row.state}, {row.n} grains"
-        if head not in lines:
-            titles = f"{'stage':30s} ranks   seconds  processor  peak GB  bytes/grain  ns/grain/step      MB   ghosts"
-            lines += ["", head, titles]
-        numbers = f"{row.seconds:9.1f} {row.processor_seconds:10.1f} {row.peak_GB:8.2f} {row.bytes_per_grain:12.0f}"
-        rest = f"{_shown(row.ns_per_grain_step, 14, 2)} {_shown(row.MB, 7, 0)} {_shown(row.ghosts, 8, 0)}"
-        lines.append(f"{row.stage:30s} {row.ranks:5d} {numbers} {rest}")
-    return lines[1:]
-
-
-def _shown(value: float | None, width: int, digits: int) -> str:
-    return "-".rjust(width) if value is None else f"{value:{width}.{digits}f}"
-
-
-def estimate_lines(one: Estimate) -> list[str]:
-    """An estimate for people."""
-    return [
-        "",
-        f"estimate: {one.state}, {one.n:.3g} grains on {one.ranks} ranks, {one.grains_per_rank:.0f} grains each",
-        f"memory of a rank        {one.memory_GB:.3f} GB",
-        f"a million steps         {one.seconds_per_million_steps / 3600:.2f} h",
-        f"messages of a rank      {one.sent_kB:.1f} kB a step for {one.ghosts:.0f} ghosts, {one.sent_MB_per_second:.0f} MB/s",
-        f"data file               {one.data_GB:.1f} GB",
-        f"frame                   {one.frame_GB:.1f} GB as text in at most {one.frame_seconds:.0f} s through one rank, "
-        f"{one.archive_GB:.1f} GB in the archive",
-        f"restart                 {one.restart_GB:.1f} GB in {one.restart_seconds:.0f} s through one rank, "
-        f"{one.restart_seconds_parallel:.1f} s at {one.bandwidth:g} GB/s",
-    ]

@@ -12,12 +12,13 @@ from typing import Any
 from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
 from workflow.archive.read import Archive
 from workflow.archive.samples import Files, gathered
-from workflow.cli.dumps import frame_of_dump, measures_of_dump, options_of, reading_of
+from workflow.cli.dumps import frame_of_dump, options_of, reading_of
 from workflow.data.frame import Frame
 from workflow.errors import InputError
 from workflow.measures.registry import Settings, chosen_groups
 from workflow.pipeline.archived import archived
 from workflow.pipeline.collect import ARCHIVE, measures_of, settings_of
+from workflow.pipeline.dumps import measures_of_dump
 from workflow.runs.directory import RunDirectory
 from workflow.scene.heap import Heap
 from workflow.scene.registry import Packed

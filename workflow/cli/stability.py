@@ -9,11 +9,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.accuracy import fresh
 from workflow.cli.options import command, command_line
-from workflow.data.table import write_csv
+from workflow.data.files import writable_folder
 from workflow.runs.installation import engine
-from workflow.verification.stability import INACCURATE, OVERLAP, RESIDUAL, STABLE, UNSTABLE, Verdict, study
+from workflow.verification.pages import write_stability
+from workflow.verification.stability import STABLE, study
 
 EXAMPLES = """
 wf stability --quick --out stability     short runs, a minute or two
@@ -33,9 +33,9 @@ def declare(commands: Any) -> None:
 def action(arguments: argparse.Namespace) -> int:
     """Run, write, print what is not stable."""
     engine()
-    fresh(arguments.out)
+    writable_folder(arguments.out)
     found = study(quick=arguments.quick)
-    write(arguments.out, found, command_line())
+    write_stability(arguments.out, found, command_line())
     if arguments.json:
         print(json.dumps([asdict(row) for row in found], indent=1))
         return 0
@@ -45,23 +45,3 @@ def action(arguments: argparse.Namespace) -> int:
     print("  ".join(f"{verdict} {count}" for verdict, count in Counter(row.verdict for row in found).items()))
     print(f"{arguments.out}/stability.html")
     return 0
-
-
-def write(out: Path, found: list[Verdict], words: str) -> None:
-    """Table, map and page."""
-    from workflow.reports.study_page import write_page
-    from workflow.verification.stability_figures import stability_map  # matplotlib is slow to import
-
-    write_csv(out / "stability.csv", found)
-    stability_map(found, out / "stability.png")
-    text = (
-        f"Every field is one run at the step of the step rule. {INACCURATE}: energy residual above {100 * RESIDUAL:g} % of the "
-        f"energy that went through, overlap above {OVERLAP:g} of the smallest radius, or an unresolved tail. {UNSTABLE}: the "
-        "energy account is lost or the run breaks down. 'unchecked' passes by the check that refuses such steps."
-    )
-    rows = [{name: value for name, value in asdict(row).items() if name != "seconds"} for row in found]
-    write_page(
-        out / "stability.html",
-        "Stability over stiff and extreme parameters",
-        [("text", text), ("code", words), ("image", out / "stability.png"), ("table", rows)],
-    )

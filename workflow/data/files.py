@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from workflow.errors import ArchiveError
+from workflow.errors import ArchiveError, InputError
 
 PathLike = str | os.PathLike[str]
 
@@ -40,6 +40,15 @@ def regular(path: PathLike) -> bool:
         return stat.S_ISREG(os.lstat(path).st_mode)
     except OSError:
         return False
+
+
+def writable_folder(path: Path) -> Path:
+    """The folder ``path``, made if it is not there.  Raises InputError if it cannot be made."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise InputError(f"cannot create '{path}': {fault.strerror}; give a writable --out DIR") from fault
+    return path
 
 
 @contextmanager

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from workflow.archive.foreign import foreign_frames
+from workflow.archive.read import Archive
 from workflow.data.discs import Discs, strips
 from workflow.data.frame import Frame
 from workflow.deck.template import data_file
+from workflow.errors import InputError
+from workflow.pipeline.archived import archived
+from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.runs.launch import run_template
+from workflow.scene.heap import Heap
 from workflow.scene.placement import cell_length, diameters, gaussian, place
 
 GAS, DENSE = 0.36, 0.80  # solid fractions
@@ -39,3 +45,21 @@ def of_frame(frame: Frame) -> Discs:
     position = np.mod(frame.position - frame.origin, frame.cell)
     order = strips(position, frame.cell)
     return Discs(frame.diameter[order], position[order], frame.cell, np.zeros_like(position))
+
+
+def state_of_run(directory: RunDirectory) -> tuple[list[tuple[str, Callable[[Path], Discs]]], dict[str, object]]:
+    """The last frame of a run as the only state, with the law and step of the run.
+
+    Raises InputError for a heap or a cohesive packing, which LAMMPS's own styles cannot hold together.
+    """
+    scene = directory.scene
+    if isinstance(scene, Heap) or scene.cohesion:
+        raise InputError(
+            f"'{directory.path}' is no packing without cohesion, what LAMMPS's own styles can hold together; "
+            "give a run made with --no-cohesion"
+        )
+    with Archive(archived(directory) / ARCHIVE) as archive:
+        discs = of_frame(archive.frame(-1))
+    law = scene.law_in_units
+    common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": scene.step_choice.step}
+    return [(directory.path.name, lambda folder: discs)], common

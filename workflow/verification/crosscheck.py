@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
@@ -30,7 +30,7 @@ from workflow.runs.launch import run_deck
 from workflow.scene.method1 import Method1
 from workflow.scene.placement import Floats, diameters, place
 from workflow.verification.one_run import Outcome, outcome_of
-from workflow.verification.other_engines import PEERS
+from workflow.verification.other_engines import PEERS, prepare
 from workflow.verification.other_engines import run as run_peer
 
 EXACT, CONTROL = "exact", "exact, half the step"
@@ -126,6 +126,16 @@ def packings(scenes: Sequence[Method1], peers: Sequence[str], out: Path, words: 
             meter.add(SHARES[name], f"seed {scene.seed}, {name}")
     meter.end()
     return results
+
+
+def prepare_packings(scenes: Sequence[Method1], peers: Sequence[str], out: Path) -> Iterator[Path]:
+    """Write decks and grains of ``peers`` and run nothing; the folder of each, as it is written."""
+    for scene in scenes:
+        discs = grains(scene)
+        for name in peers:
+            folder = place_of(out, scene, name)
+            prepare(folder, name, discs, scene.law_in_units, values_of(scene, None), *at_rest(discs))
+            yield folder
 
 
 def place_of(out: Path, scene: Method1, name: str) -> Path:

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workflow.cli.accuracy import write
 from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.integrate import integrate
 from workflow.verification.accuracy import Few, Many, Plan, few_bodies, many_bodies, orders, recommend
 from workflow.verification.few_discs import CONTACT, TAIL, cases, pair, pull_off_work, relative, restitution
 from workflow.verification.one_run import VARIANTS
+from workflow.verification.pages import write_accuracy
 
 
 def rows(error: float, order: float, steps: tuple[float, ...] = (14, 28, 56, 112)) -> list[Few]:
@@ -97,7 +97,7 @@ def test_written_files(tmp_path: Path) -> None:
     """Tables, figures and a page that needs no other file."""
     table = rows(1e-2, 1.0)
     many = [Many("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 1e-4, 0.02, 1.0)]
-    write(tmp_path, table, many, 1e-3, "wf accuracy")
+    write_accuracy(tmp_path, table, many, 1e-3, "wf accuracy")
     page = (tmp_path / "accuracy.html").read_text()
     assert page.count("data:image/png;base64,") == 3 and "http" not in page.split("<body>")[1]
     assert (tmp_path / "accuracy.csv").read_text().count("\n") == 1 + len(table)

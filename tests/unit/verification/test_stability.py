@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from workflow.cli.stability import write
 from workflow.scene.heap import Heap
 from workflow.verification.one_run import VARIANTS
+from workflow.verification.pages import write_stability
 from workflow.verification.stability import (
     INACCURATE,
     REFUSED,
@@ -51,7 +51,7 @@ def test_verdict(verdict: str, words: str, setting: Callable[[], Setting | Heap]
 
 def test_map_and_page(tmp_path: Path) -> None:
     rows = [Verdict("kappa", 10.0 * k, "exact", name, "why") for k, name in enumerate((STABLE, INACCURATE, UNSTABLE, REFUSED))]
-    write(tmp_path, rows, "wf stability")
+    write_stability(tmp_path, rows, "wf stability")
     assert (tmp_path / "stability.csv").read_text().count("\n") == 5
     assert (tmp_path / "stability.png").stat().st_size > 1000
     assert "data:image/png;base64," in (tmp_path / "stability.html").read_text()

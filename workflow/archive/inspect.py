@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
-from workflow.archive.columns import CONTACT_HELP, CONTACTS, GRAINS, contact_names, resolve
+from workflow.archive.columns import CONTACT_HELP, CONTACTS, GRAINS, Reading, contact_names, resolve
 from workflow.archive.dump_tables import Dump
 from workflow.archive.formats import unpacked
 from workflow.archive.snapshots import Snapshot
-from workflow.cli.dumps import reading_of
 
 
-def columns_of(path: Path, arguments: argparse.Namespace) -> str:
+def columns_of(path: Path, reading: Reading) -> str:
     """The snapshots, the box and the columns of a dump with what each is read as.  Raises InputError, ArchiveError."""
-    dump, reading = Dump([path]), reading_of(arguments)
+    dump = Dump([path])
     file, packed = unpacked(path)
     file.close()
     block = list(dump.snapshots.values())[-1]

@@ -53,8 +53,7 @@ def main(words: list[str] | None = None) -> int:
 
 def _room() -> bool:
     """False, with a sentence, where 'ulimit -v' leaves too little memory to begin."""
-    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if limit == resource.RLIM_INFINITY:
+    if (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) == resource.RLIM_INFINITY:
         return True
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads, one for each core, take memory of their own
     if limit < MEMORY:
@@ -90,8 +89,8 @@ def _command(words: list[str]) -> int:
     except (ValueError, OverflowError, RecursionError) as fault:
         if os.environ.get(DEBUG):
             raise
-        words_ = str(fault).splitlines()[0] if str(fault) else type(fault).__name__
-        return _failed(f"{words_}; a value or a file that was given cannot be used ({DEBUG}=1 shows where)")
+        said = (str(fault) or type(fault).__name__).splitlines()[0]
+        return _failed(f"{said}; a value or a file that was given cannot be used ({DEBUG}=1 shows where)")
 
 
 def _failed(words: str, status: int = 1) -> int:

@@ -5,27 +5,23 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.read import Archive
-from workflow.campaign.local import Outcome
-from workflow.campaign.measured import frame_index, settings_at
-from workflow.campaign.study import Point, Study
+from workflow.campaign.carry_out import carry_out, plan, send
+from workflow.campaign.study import Study
 from workflow.cli.assembling import TOGETHER
 from workflow.cli.deck import job_of
+from workflow.cli.lists import ranged
 from workflow.cli.options import command, command_line
-from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
-from workflow.errors import InputError, WorkflowError
-from workflow.pipeline.heap import ground
-from workflow.reproduce.papers import Drawing, Paper, papers, points_of, read_paper
-from workflow.reproduce.pool import Earlier, origin, read_earlier, take_figure
-from workflow.reproduce.readings import lines, read_readings, write_readings
-from workflow.reproduce.runs import provenance, rows, samples_of
-from workflow.reproduce.scoreboard import Row, counts, sections, texts, write
-from workflow.runs.directory import ARCHIVE
-from workflow.scene.heap import Heap
+from workflow.cli.sweep import add_jobs, ended, orders_of, print_path
+from workflow.cli.terminal import overwrite
+from workflow.errors import InputError
+from workflow.reproduce.compare import compare, compare_readings, summary
+from workflow.reproduce.papers import papers, points_of, read_paper
+from workflow.reproduce.pool import read_earlier
+from workflow.reproduce.readings import read_readings
 
 EXAMPLES = """
 wf reproduce gilabert2007 --quick --jobs 2           everything in minutes, at a small size: does it work here?
@@ -64,187 +60,61 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Compute what is missing, measure, compare, draw."""
-    check_jobs(arguments)
-    profile = job_of(arguments, local=("ranks",))
+    orders, profile = orders_of(arguments), job_of(arguments, local=("ranks",))
     if arguments.samples is not None and arguments.samples < 1:
         raise InputError(f"--samples {arguments.samples} is not allowed: it must be at least 1")
-    if arguments.readings is not None:
-        return _readings(arguments, profile)
+    of_readings = arguments.readings is not None
+    study, finish = (_readings if of_readings else _scoreboard)(arguments)
+    if arguments.dry_run:
+        print(plan(study, profile, orders))
+        return 0
+    if profile and not arguments.no_run:
+        return print_path(send(study, profile, orders))
+    outcome = carry_out(study, orders, compute_rest=not arguments.no_run)
+    if not outcome.interrupted:
+        finish()
+    return ended(outcome)
+
+
+def _scoreboard(arguments: argparse.Namespace) -> tuple[Study, Callable[[], None]]:
+    """The study of the numbers and figures that are asked for, and what is done with it once it is computed."""
     paper = read_paper(arguments.paper, quick=arguments.quick, samples=arguments.samples)
     earlier = [read_earlier(path) for path in arguments.pool]
-    numbers, drawings = paper.chosen(_list(arguments.table, "--table"), _list(arguments.figure, "--figure"))
-    folder = arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else ""))
-    study = Study(folder, points_of(numbers, drawings))
+    numbers, drawings = paper.chosen(ranged(arguments.table, "--table"), ranged(arguments.figure, "--figure"))
+    study = Study(
+        arguments.out or Path("runs") / (paper.name + ("-quick" if paper.quick else "")), points_of(numbers, drawings)
+    )
     if paper.quick:
         print("quick: fewer and smaller samples, not the paper's size", file=sys.stderr)
     if arguments.dry_run:
         print("\n".join(f"figure {one.number}: {one.plot}: {one.shows}" for one in paper.drawings))
-        print(plan(study, profile, arguments))
-        return 0
-    if profile and not arguments.no_run:
-        return send(study, profile, arguments)
-    outcome = _computed(study, arguments)
-    if outcome.interrupted:
-        return ended(outcome)
-    found = rows(study, numbers, earlier, _say)
-    figures, taken = _figures(study, drawings, folder, earlier)
-    _say("")
-    words = command_line()
-    if found:
-        made = provenance(study, words) | origin(earlier, found, taken)
-        write(folder, paper, found, figures, made)
-        _page(folder, paper, found, figures, made)
-    if arguments.json:
-        print((folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": figures}))
-        return ended(outcome)
-    _summary(paper, found, figures, folder)
-    return ended(outcome)
+
+    def finish() -> None:
+        found, drawn = compare(
+            study, paper, numbers, drawings, earlier, command=command_line(), together=TOGETHER, say=overwrite
+        )  # fmt: skip
+        if arguments.json:
+            print((study.folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": drawn}))
+        elif said := summary(found, drawn, study.folder):
+            print(said)
+
+    return study, finish
 
 
-def _computed(study: Study, arguments: argparse.Namespace) -> Outcome:
-    """Compute what the study lacks, or with --no-run take it as it stands."""
-    if not arguments.no_run:
-        return carry_out(study, arguments, ranks=arguments.ranks)
-    declare_and_adopt(study, arguments)
-    return Outcome()
-
-
-def _readings(arguments: argparse.Namespace, profile: Any) -> int:
-    """Compute what the readings lack, and compare each with the numbers that decide."""
-    for given, option in ((arguments.table, "--table"), (arguments.figure, "--figure"), (arguments.pool, "--pool")):
-        if given:
-            raise InputError(f"{option} is of the scoreboard: leave it out beside --readings")
+def _readings(arguments: argparse.Namespace) -> tuple[Study, Callable[[], None]]:
+    """The study of the readings that are asked for, and what is done with it once it is computed."""
+    for option in ("table", "figure", "pool"):
+        if getattr(arguments, option):
+            raise InputError(f"--{option} is of the scoreboard: leave it out beside --readings")
     if arguments.quick:
         raise InputError("--quick is of the scoreboard: choose fewer readings, or --samples 1, beside --readings")
     names = [name.strip() for name in arguments.readings.split(",")] if arguments.readings else None
     of = read_readings(arguments.paper, chosen=names, samples=arguments.samples)
-    folder = arguments.out or Path("runs") / f"{of.paper.name}-readings"
-    study = Study(folder, points_of([number for one in of.readings for number in of.of(one)], []))
-    if arguments.dry_run:
-        print(plan(study, profile, arguments))
-        return 0
-    if profile and not arguments.no_run:
-        return send(study, profile, arguments)
-    outcome = _computed(study, arguments)
-    if outcome.interrupted:
-        return ended(outcome)
-    found = [line for one in of.readings for line in lines(one, rows(study, of.of(one), [], _say))]
-    _say("")
-    write_readings(folder, of, found, provenance(study, command_line()))
-    print((folder / f"readings.{'json' if arguments.json else 'md'}").read_text(encoding="utf-8"), end="")
-    return ended(outcome)
+    points = points_of([number for one in of.readings for number in of.of(one)], [])
+    study = Study(arguments.out or Path("runs") / f"{of.paper.name}-readings", points)
 
+    def finish() -> None:
+        compare_readings(study, of, command=command_line(), say=overwrite)
+        print((study.folder / f"readings.{'json' if arguments.json else 'md'}").read_text(encoding="utf-8"), end="")
 
-def _summary(paper: Paper, found: Sequence[Any], figures: Sequence[dict[str, str]], folder: Path) -> None:
-    """What came out, for people."""
-    if found:
-        print(", ".join(f"{count} {verdict}" for verdict, count in counts(found).items()))
-        print(f"{folder / 'scoreboard.md'}  (.html, .csv, .json)")
-    drawn = [one["file"] for one in figures if one["file"]]
-    if drawn:
-        print(f"{len(drawn)} figures in {folder / 'figures'}")
-    for trouble in dict.fromkeys(one["trouble"] for one in figures if one["trouble"]):
-        print(f"not drawn: {', '.join(one['number'] for one in figures if one['trouble'] == trouble)}: {trouble}")
-
-
-def _page(folder: Path, paper: Paper, found: Sequence[Row], figures: Sequence[dict[str, str]], made: Mapping[str, Any]) -> None:
-    """The scoreboard with its figures, to look at in a browser."""
-    from workflow.reports.study_page import write_page
-
-    parts: list[tuple[str, Any]] = [("text", f"{paper.title}."), *(("text", text) for text in texts(paper, found))]
-    parts += [("code", f"{name}: {value}") for name, value in made.items()]
-    for heading, table in sections(paper, found):
-        parts += [("heading", heading), ("table", table)]
-    for one in figures:
-        if one["file"]:
-            text = f"The paper shows: {one['shows']}."
-            parts += [("heading", f"Figure {one['number']}"), ("image", folder / one["file"]), ("text", text)]
-    write_page(folder / "scoreboard.html", f"{paper.short}, number by number", parts)
-
-
-def _list(text: str | None, option: str) -> list[str] | None:
-    """The names in 2..5,7: whole numbers of a range, other words as they are."""
-    if text is None:
-        return None
-    names: list[str] = []
-    for part in text.split(","):
-        first, dots, last = part.strip().partition("..")
-        if not dots:
-            names.append(first)
-        elif first.isdigit() and last.isdigit() and int(first) <= int(last) < 1000:
-            names += [str(k) for k in range(int(first), int(last) + 1)]
-        else:
-            raise InputError(f"{option} {text} is not allowed: write a number, a range as 2..5, or several with commas")
-    return names
-
-
-def _say(text: str) -> None:
-    """A line of a terminal that is written over."""
-    if sys.stderr.isatty():
-        sys.stderr.write("\r" + text.ljust(40) + ("" if text else "\r"))
-        sys.stderr.flush()
-
-
-def _figures(
-    study: Study, drawings: Sequence[Drawing], folder: Path, earlier: Sequence[Earlier]
-) -> tuple[list[dict[str, str]], list[str]]:
-    """The figures, and the numbers of those taken from elsewhere: of which not all samples are here."""
-    found, taken = [], []
-    for drawing in drawings:
-        row = {"number": drawing.number, "plot": drawing.plot, "file": "", "shows": drawing.shows, "trouble": ""}
-        whole = (len(samples_of(study, case)) >= len([*case.values()][: drawing.most]) for case in drawing.cases)
-        if earlier and not all(whole):
-            row["file"] = take_figure(drawing.number, earlier, folder)
-        if row["file"]:
-            taken.append(drawing.number)
-        found.append(row if row["file"] else _draw(study, drawing, folder, row))
-    return found, taken
-
-
-def _draw(study: Study, drawing: Drawing, folder: Path, row: dict[str, str]) -> dict[str, str]:
-    """The figure's file, or why there is none."""
-    name = f"figures/fig{drawing.number}.png"
-    points, names = [], []
-    for case in drawing.cases:
-        found = samples_of(study, case)[: drawing.most]
-        if not found and not drawing.partial:
-            return row | {"trouble": "not all of its samples are finished"}
-        points += [(point, case.stage) for point in found]
-        names += [" ".join(case.where[1:]).strip()] * len(found)
-    if drawing.cases and not points:
-        return row | {"trouble": "no sample is finished"}
-    _say(f"drawing figure {drawing.number}")
-    (folder / "figures").mkdir(exist_ok=True)
-    try:
-        _plot(study, drawing, points, names, folder / name)
-    except WorkflowError as fault:
-        return row | {"trouble": str(fault)}
-    return row | {"file": name}
-
-
-def _plot(study: Study, drawing: Drawing, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
-    """Draw by the kind of `wf plot`."""
-    from workflow.reports import heap  # matplotlib is slow to import
-    from workflow.reports.registry import PLOTS
-    from workflow.reproduce.sketches import SKETCHES
-
-    kind = drawing.plot
-    if kind in SKETCHES:
-        SKETCHES[kind]([path])
-        return
-    directories = [study.directory(point) for point, _ in points]
-    if kind in TOGETHER:
-        TOGETHER[kind]([directory.path for directory in directories], [path], names)
-        return
-    frames = []
-    for directory, (_, stage) in zip(directories, points, strict=True):
-        number = frame_index(directory, stage)
-        with Archive(directory / ARCHIVE) as archive:
-            frames.append(archive.frame(number if drawing.time is None else archive.nearest(drawing.time)))
-    scene = directories[0].scene
-    if isinstance(scene, Heap):
-        kinds = {"heap": heap.snapshot, "vectors": heap.vectors, "forces": heap.forces, "maps": heap.maps}
-        kinds[kind](frames[0], ground(scene), [path])
-        return
-    laws = [settings_at(directory, stage) for directory, (_, stage) in zip(directories, points, strict=True)]
-    PLOTS[kind].draw([(frame, law) for frame, law in zip(frames, laws, strict=True) if law is not None], [path])
+    return study, finish

@@ -32,6 +32,13 @@ class Escaping:
         return getattr(self._stream, name)
 
 
+def overwrite(text: str) -> None:
+    """Show ``text`` on a line of the terminal that the next one overwrites; nothing elsewhere, and "" clears it."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r" + text.ljust(40) + ("" if text else "\r"))
+        sys.stderr.flush()
+
+
 @contextmanager
 def escaped_output() -> Iterator[None]:
     """Standard output and error escape what is written to them."""

@@ -58,6 +58,9 @@ def coordination(frame: Frame, *, threshold: float) -> Coordination:
     Cohesionless: the backbone is what remains of the contacts with |F| > ``threshold`` (a force) when grains with fewer
     than two of them are removed again and again; rattlers are the grains outside.  z_b of eq. 13 counts backbone
     interactions only, so that z* is the mean number of force-carrying contacts of a backbone grain.
+
+    The engine counts something else while it runs: unsupported grains, those with fewer than two contacts whose elastic
+    force exceeds the threshold, once and not again and again (column ``rattlers`` of the time series; docs/model.md).
     """
     table, n = frame.contacts, frame.grains
     backbone = np.ones(len(table), dtype=bool)

@@ -144,7 +144,7 @@ PACKING = (
     ("energy residual", "{f} {l}", ("residual",), False),
     ("largest overlap", "{l}", ("overlap",), True),
     ("aggregates", "", ("aggregates", "largest_aggregate"), True),
-    ("rattlers", "", ("rattlers",), False),
+    ("unsupported grains", "", ("rattlers",), False),  # the engine's count; rattlers of the measures are more
 )
 POURING = (
     ("grains", "", ("poured", "removed"), False),

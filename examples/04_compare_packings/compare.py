@@ -1,19 +1,17 @@
 """What cohesion and friction do to a packing of method 1: solid fraction and coordination number."""
 
-import json
 import os
-import subprocess
 
-GRAINS = os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "400")
+import workflow
 
+GRAINS = int(os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "400"))
+
+grid = {"cohesion": [False, True], "mu": [0.15, 0.5]}
 print("cohesion  mu    Phi     z      z*     rattlers")
-for cohesion in (False, True):
-    for mu in (0.15, 0.5):
-        flag = "--cohesion" if cohesion else "--no-cohesion"
-        out = f"packing{flag}-mu{mu}"
-        command = ["wf", "run", "method1", flag, "--mu", str(mu), "--n", GRAINS, "--out", out, "--json"]
-        measures = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-        print(
-            f"{cohesion!s:8}  {mu:4.2f}  {measures['solid_fraction']:.4f}  {measures['coordination']:.3f}  "
-            f"{measures['coordination_backbone']:.3f}  {100 * measures['rattler_fraction']:.1f} %"
-        )
+for run in workflow.sweep("method1", grid, out="packings", n=GRAINS):
+    found = run.measures
+    print(
+        f"{run.scene.cohesion!s:8}  {run.scene.mu:4.2f}  {found['solid_fraction']:.4f}  {found['coordination']:.3f}  "
+        f"{found['coordination_backbone']:.3f}  {100 * found['rattler_fraction']:.1f} %"
+    )
+    workflow.plot(run, "forces", out=run.directory / "forces.svg")

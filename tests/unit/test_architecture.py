@@ -11,7 +11,7 @@ import workflow
 PACKAGE = Path(workflow.__file__).parent
 FLOORS = (
     {"errors"}, {"data"}, {"reference"}, {"scene"}, {"deck"}, {"runs"}, {"archive"}, {"measures"}, {"pipeline"}, {"reports"},
-    {"campaign"}, {"verification", "reproduce"}, {"cli"},
+    {"campaign"}, {"verification", "reproduce"}, {"api", "cli"},
 )  # fmt: skip
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 APART = ({"verification", "reproduce"},)  # rooms of one floor that do not know each other

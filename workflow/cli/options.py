@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 import textwrap
@@ -13,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.lists import whole_number
-from workflow.errors import InputError
+from workflow.scene.named import scene_named
 from workflow.scene.parameter import Quantity, quantity_of
-from workflow.scene.registry import SCENES, Scene, read_toml, scene_from
+from workflow.scene.registry import SCENES, Scene
 
 
 def command(commands: Any, name: str, summary: str, examples: str, *, action: Any) -> argparse.ArgumentParser:
@@ -99,15 +98,4 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
         for item in fields(scene)
         if hasattr(arguments, item.name)
     }
-    if arguments.scene in SCENES:
-        return scene_from({"scene": arguments.scene, **given})
-    if not (arguments.scene.endswith(".toml") or os.path.exists(arguments.scene)):
-        raise InputError(
-            f"'{arguments.scene}' is neither a scene nor a file; scenes are: {', '.join(sorted(SCENES))}; "
-            "or give the path of a TOML file"
-        )
-    stated = read_toml(Path(arguments.scene))
-    if "as_printed" in given:  # a file states the readings that it was run with
-        of = SCENES.get(stated.get("scene", ""))
-        stated = {name: value for name, value in stated.items() if of is None or name not in of.readings()}
-    return scene_from({**stated, **given})
+    return scene_named(arguments.scene, given)

@@ -59,6 +59,13 @@ def action(arguments: argparse.Namespace) -> int:
     """Read everything, write the page, say where it is."""
     given = sources_of(arguments)
     out = arguments.out or _place(given)
+    write_page(given, out, arguments)
+    print(out)
+    return 0
+
+
+def write_page(given: Sequence[Source], out: Path, arguments: argparse.Namespace) -> None:
+    """Write the page of ``given`` sources to ``out``.  Raises InputError."""
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
     sources = list(dict.fromkeys(found for source in given for found in _runs(source)))
@@ -78,8 +85,6 @@ def action(arguments: argparse.Namespace) -> int:
         raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
     title = sheets[0].name if len(sources) == 1 else f"{len(sources)} runs"
     write_report(out, title, sheets, absent)
-    print(out)
-    return 0
 
 
 def _place(sources: Sequence[Source]) -> Path:

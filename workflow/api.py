@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -203,7 +203,7 @@ def report(source: Source, out: str | PathLike[str] | None = None) -> Path:
 
 
 def sweep(
-    scene: str, grid: Mapping[str, Sequence[Any]], seeds: int | Sequence[int] = 1, out: str | PathLike[str] | None = None,
+    scene: str, grid: Mapping[str, Iterable[Any]], seeds: int | Iterable[int] = 1, out: str | PathLike[str] | None = None,
     jobs: int = 1, **fixed: Any,
 ) -> list[Run]:  # fmt: skip
     """Compute every combination of the lists of ``grid`` for every seed, each once; the runs in their order.
@@ -216,14 +216,8 @@ def sweep(
     """
     load_scenes()
     listed = {name: values if np.ndim(values) == 0 else plain(list(values)) for name, values in grid.items()}
-    points = points_of(
-        {
-            "scene": scene,
-            "grid": listed,
-            "seeds": seeds if isinstance(seeds, int) else plain(list(seeds)),
-            "fixed": plain(fixed),
-        }
-    )
+    numbers = seeds if isinstance(seeds, int) else plain(list(seeds))
+    points = points_of({"scene": scene, "grid": listed, "seeds": numbers, "fixed": plain(fixed)})
     study = Study(Path("runs") / f"{scene}-sweep" if out is None else Path(out), points)
     outcome = carry_out(study, Orders(jobs=jobs))
     if outcome.interrupted:

@@ -18,8 +18,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from workflow.archive.read import Archive
 from workflow.campaign.carry_out import Orders, carry_out
 from workflow.campaign.results import write_results
@@ -215,7 +213,7 @@ def sweep(
     Raises InputError for a declaration that is not allowed, EngineError if a run fails.
     """
     load_scenes()
-    listed = {name: values if np.ndim(values) == 0 else plain(list(values)) for name, values in grid.items()}
+    listed = {name: plain(list(values)) if isinstance(values, Iterable) else values for name, values in grid.items()}
     numbers = seeds if isinstance(seeds, int) else plain(list(seeds))
     points = points_of({"scene": scene, "grid": listed, "seeds": numbers, "fixed": plain(fixed)})
     study = Study(Path("runs") / f"{scene}-sweep" if out is None else Path(out), points)

@@ -31,7 +31,7 @@ def test_public_names_are_those_that_the_package_lists() -> None:
     for name in workflow.__all__:
         assert getattr(workflow, name).__doc__, f"{name} has no docstring"
     with pytest.raises(AttributeError, match="no attribute 'runn'"):
-        workflow.runn  # type: ignore[attr-defined]  # noqa: B018
+        workflow.runn  # noqa: B018
 
 
 def test_import_loads_neither_numpy_nor_any_room() -> None:
@@ -64,6 +64,7 @@ def test_measures_of_a_path_and_of_a_frame_under_its_law_are_those_of_the_run(pa
     assert workflow.measure(packing.directory, -1) == found
     assert "rigidity" not in workflow.measure(packing, groups=["none"])
     frame, scene = packing.frames[-1], packing.scene
+    assert isinstance(scene, workflow.Method1)
     law = scene.law_of(frame.stage)
     bare = workflow.measure(frame, law=law, force_unit=scene.force_unit)
     assert all(bare[name] == found[name] for name in ("coordination", "rigidity", "elastic_moduli", "forces"))

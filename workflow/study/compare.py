@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dumps import read_blocks
-from workflow.deck.render import data_file, templates
+from workflow.deck.render import copy, data_file
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError, InputError
 from workflow.scene.grains import Discs, Floats
@@ -70,7 +69,7 @@ def run(
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copy(templates() / "accuracy.in", folder)
+        copy("accuracy.in", folder)
         text = data_file(discs) + ("" if velocity is None else velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
         options = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]

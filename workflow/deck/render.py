@@ -53,7 +53,9 @@ def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
     def put(match: re.Match[str]) -> str:
         name = match[1] or named.get(match[2])
         if not name:
-            raise InputError(f"deck template '{path}' includes ${{{match[2]}}} and has no such variable; declare it in its head")
+            raise InputError(
+                f"deck template '{path}' includes ${{{match[2]}}} and has no such variable; declare it in its head"
+            )
         return _INCLUDE.sub(put, _read(path.parent / str(name), templates() / str(name)))
 
     return _INCLUDE.sub(put, text) + "\n"

@@ -17,7 +17,17 @@ from workflow.scene.packing import Packing
 from workflow.scene.quantity import quantity
 
 # what a cell under stress needs and this deck has not
-OF_STRESS = ("stress", "cell", "cell_mass", "rate_cap", "wall_cap", "momentum_convention", "background_damping", "dashpots", "rolling_dashpots")
+OF_STRESS = (
+    "stress",
+    "cell",
+    "cell_mass",
+    "rate_cap",
+    "wall_cap",
+    "momentum_convention",
+    "background_damping",
+    "dashpots",
+    "rolling_dashpots",
+)
 
 
 @dataclass(frozen=True, kw_only=True)

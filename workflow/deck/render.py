@@ -23,7 +23,7 @@ DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
 ROWS = 65536  # of a table that are text or Python objects at one time
 # a file of a folder, or one that a variable names; what a run wrote for itself (stage.1.in) lies beside its deck and is left
-_INCLUDE = re.compile(r"^include\s+(?:(\w+/\S+)|\$\{(\w+)\})$", re.MULTILINE)
+_INCLUDE = re.compile(r"^include\s+(?:(\w+/\S+)|\$\{(\w+)\})[^\S\n]*(?:#.*)?$", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dumps import read_blocks
-from workflow.deck.render import copy
+from workflow.deck.render import copy_template
 from workflow.engine.environment import engine, python_child
 from workflow.reference.discs import Discs
 from workflow.reference.integrate import integrate
@@ -27,7 +27,7 @@ def plugin(step: float, **case: float) -> np.ndarray:
     values = {**case, "step": step, "steps": steps, "trace_every": steps, "gap": GAP}
     words = [str(word) for pair in values.items() for word in pair]
     with tempfile.TemporaryDirectory() as folder:
-        copy("two_discs.in", Path(folder))
+        copy_template("two_discs.in", Path(folder))
         subprocess.run([*python_child(), "two_discs.in", *words], cwd=folder, env=engine().variables(), check=True)
         *_, last = read_blocks(Path(folder) / "grains.dump", "ATOMS")
     return last.table[1, [last.columns.index(name) for name in ("vx", "vy", "omegaz")]]

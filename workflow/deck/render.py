@@ -61,7 +61,7 @@ def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
     return _INCLUDE.sub(put, text) + "\n"
 
 
-def copy(name: str, folder: Path) -> None:
+def copy_template(name: str, folder: Path) -> None:
     """Write the template ``name``, whole, to ``folder``, where its variables can be given on the command line."""
     (folder / name).write_text(whole(templates() / name), encoding="utf-8")
 

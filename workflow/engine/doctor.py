@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from workflow.deck.render import copy
+from workflow.deck.render import copy_template
 from workflow.engine.environment import SIZES, Engine, built_for, compiler, engine, python_child, versions
 from workflow.errors import EnvironmentFault
 
@@ -121,7 +121,7 @@ def _collision(found: Engine) -> str:
     """Restitution of a head-on collision without cohesion against exp(-pi zeta/sqrt(1 - zeta^2))."""
     zeta, tolerance = 0.5, 0.01  # the step is 1/200 of the contact time: first-order damping errs by 0.5 %
     with tempfile.TemporaryDirectory() as folder:
-        copy("two_discs.in", Path(folder))
+        copy_template("two_discs.in", Path(folder))
         _said([*python_child(), "two_discs.in", "zeta", str(zeta)], found, "the self test does not run", REBUILD, folder)
         log = (Path(folder) / "log.lammps").read_text()
     value = float(next(line for line in log.splitlines() if line.startswith("RESULT restitution")).split()[2])

@@ -10,7 +10,7 @@ import numpy as np
 
 from workflow.analysis.frame import Frame
 from workflow.archive.foreign import foreign_frames
-from workflow.deck.render import copy, data_file
+from workflow.deck.render import copy_template, data_file
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError
 from workflow.scene.grains import Discs, cell_length, diameters, gaussian, place, strips
@@ -45,7 +45,7 @@ def of_frame(frame: Frame) -> Discs:
 
 def run_deck(folder: Path, deck: str, values: dict[str, object], ranks: int = 1) -> str:
     """Run a template in ``folder`` on ``ranks`` MPI ranks; its log.  Raises EngineError with the engine's words."""
-    copy(deck, folder)
+    copy_template(deck, folder)
     found = engine()
     command = [*python_child(), deck, *(str(word) for pair in values.items() for word in pair)]
     launcher = [str(found.mpiexec), "-n", str(ranks)] if ranks > 1 else []

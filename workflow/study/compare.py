@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dumps import read_blocks
-from workflow.deck.render import copy, data_file
+from workflow.deck.render import copy_template, data_file
 from workflow.engine.environment import engine, python_child
 from workflow.errors import EngineError, InputError
 from workflow.scene.grains import Discs, Floats
@@ -69,7 +69,7 @@ def run(
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        copy("accuracy.in", folder)
+        copy_template("accuracy.in", folder)
         text = data_file(discs) + ("" if velocity is None else velocities(velocity, spin))
         (folder / "grains.data").write_text(text, encoding="ascii")
         options = [str(word) for pair in {**values, "data": "grains.data"}.items() for word in pair]

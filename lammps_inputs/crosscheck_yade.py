@@ -1,6 +1,6 @@
 """Method 1 without cohesion for YADE: the twin of crosscheck_liggghts.in; or, without stress, any discs in a fixed cell.
 
-    yade -n -x -j1 crosscheck_yade.py data=grains.data stress=1 steps=100000 settle=20000     (NAME=VALUE, defaults below)
+    yade -n -x -j1 crosscheck_yade.py data=grains.data stress=1 steps=100000 relax_steps=20000     (NAME=VALUE, defaults below)
 
 Spheres kept in a plane, with mass and moment of inertia of discs; K_N, K_T, damping 2 zeta sqrt(K_N m*) of each pair, and the
 cell of G07 eq. 3 (homoDeform 3: m dv/dt = F for the velocity without the affine motion, which contacts see whole).  Not equal
@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 given = {"data": "grains.data", "kn": 1e5, "kt": 1e5, "zeta": 0.8, "mu": 0.5, "stress": 0.0, "cell_mass": 0.3, "damping": 0.2,
-         "step": 1e-4, "skin": 0.1, "steps": 10000, "settle": 0, "rows": 1000}  # fmt: skip
+         "step": 1e-4, "skin": 0.1, "steps": 10000, "relax_steps": 0, "rows": 1000}  # fmt: skip
 for word in sys.argv[1:]:
     name, text = word.split("=", 1)
     given[name] = type(given[name])(text)
@@ -73,9 +73,9 @@ O.engines = [
 ]
 O.dt = given["step"]
 O.run(given["steps"], True)
-if given["settle"]:
+if given["relax_steps"]:
     newton.damping = given["damping"]
-    O.run(given["settle"], True)
+    O.run(given["relax_steps"], True)
 Path("series.txt").write_text("".join(rows))
 
 size = O.cell.size

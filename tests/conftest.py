@@ -6,6 +6,7 @@ MPI), runs it and looks at a `Frame` of the package, read from dumps of 17 digit
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,22 +19,21 @@ import pytest
 
 from workflow.archive.dumps import read_frames
 from workflow.data.frame import Frame
+from workflow.deck.template import templates
 from workflow.runs.installation import engine, load
 
-GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
+COMMON = templates() / "common"
+HEAD, TABLE = ((COMMON / name).read_text(encoding="ascii") for name in ("discs.in", "contact_table.in"))
+GRAINS = re.findall(r'^variable grain_columns string "(.*)"', (COMMON / "diagnostics.in").read_text(), re.MULTILINE)[0]
 WRITE = (
     "write_dump all custom {0}grains.dump " + GRAINS + " modify time yes sort id format float %.17g\n"
-    "write_dump all local {0}contacts.dump c_pairs[*] modify time yes format float %.17g\n"
+    "write_dump all local {0}contacts.dump c_pairs[*] modify time yes format float %.17g ${{contact_columns}}\n"
 )
-DECK = """
-units lj
-dimension 2
-boundary p p p
+BEFORE = """
 newton {newton}
-atom_style sphere
-atom_modify map array sort 0 0.0
-comm_modify mode single vel yes
-neighbor {skin:.17g} bin
+variable skin string {skin:.17g}
+"""
+DISCS = """
 read_data {data}
 set group all density/disc $(4/PI)
 pair_style disc/cohesive
@@ -41,10 +41,9 @@ pair_coeff * * {law}
 neigh_modify once yes
 timestep {step:.17g}
 fix move all disc/integrate {move}
-"""
-WATCH = """
 compute energy all pair disc/cohesive
-compute pairs all pair/local p1 p2 p3 p4 p5 p6 p7 p8 p9 p10 p11 p12 p13 p14 p15
+"""
+THERMO = """
 thermo_style custom step time ke c_energy c_energy[1]
 thermo_modify norm no
 thermo 0
@@ -75,7 +74,8 @@ class Scene:
         """Input script up to the first run; writes the data file it reads."""
         data.write_text(self._data(), encoding="ascii")
         law = " ".join(f"{name} {value:.17g}" for name, value in self.law.items())
-        return DECK.format(newton=self.newton, skin=self.skin, data=data, law=law, step=self.step, move=self.move) + WATCH
+        before = BEFORE.format(newton=self.newton, skin=self.skin)
+        return before + HEAD + DISCS.format(data=data, law=law, step=self.step, move=self.move) + TABLE + THERMO
 
     def _data(self) -> str:
         count = len(self.diameter)
@@ -138,7 +138,7 @@ class Sample:
         self.command(f"dump grains all custom {every} {files[0]} {GRAINS}\n"
                      f"dump contacts all local {every} {files[1]} c_pairs[*]\n"
                      "dump_modify grains first yes time yes sort id format float %.17g\n"
-                     "dump_modify contacts first yes time yes format float %.17g\n"
+                     "dump_modify contacts first yes time yes format float %.17g ${contact_columns}\n"
                      f"run {steps}\nundump grains\nundump contacts")  # fmt: skip
         return list(read_frames(*files))
 

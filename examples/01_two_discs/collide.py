@@ -1,6 +1,5 @@
 """Two discs meet: the plugin's trajectory against the independent reference integrator of the same law."""
 
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from workflow.archive.dumps import read_blocks
-from workflow.deck.template import templates
+from workflow.deck.template import copy_template
 from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.discs import Discs
 from workflow.reference.integrate import integrate
@@ -28,7 +27,7 @@ def plugin(step: float, **case: float) -> np.ndarray:
     values = {**case, "step": step, "steps": steps, "trace_every": steps, "gap": GAP}
     words = [str(word) for pair in values.items() for word in pair]
     with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(templates() / "two_discs.in", folder)
+        copy_template("two_discs.in", Path(folder))
         subprocess.run([*python_child(), "two_discs.in", *words], cwd=folder, env=engine().variables(), check=True)
         *_, last = read_blocks(Path(folder) / "grains.dump", "ATOMS")
     return last.table[1, [last.columns.index(name) for name in ("vx", "vy", "omegaz")]]

@@ -22,7 +22,7 @@ def test_decks_are_written_and_run_alone(wf: Wf, tmp_path: Path) -> None:
         pytest.skip("liggghts is not installed: apt-get install liggghts")
     script = folder / "run.sh"
     words = script.read_text().split()
-    words[words.index("steps") + 1], words[words.index("settle") + 1] = "200", "100"
+    words[words.index("steps") + 1], words[words.index("relax_steps") + 1] = "200", "100"
     script.write_text("#!/bin/sh\n" + " ".join(words[1:]) + "\n")
     assert subprocess.run(["sh", "run.sh"], cwd=folder, check=False, capture_output=True).returncode == 0
     assert "ITEM: NUMBER OF ATOMS\n50\n" in (folder / "grains.dump").read_text()

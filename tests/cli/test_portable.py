@@ -240,5 +240,5 @@ def test_options_of_a_job_need_a_scheduler(tmp_path: Path, capsys: pytest.Captur
     assert main([*words, "--scheduler", "slurm", "--account", "$(id)"]) == 2
     assert "account: '$(id)' is not allowed" in capsys.readouterr().err
     assert main([*words, "--no-account", "--scheduler", "pbs", "--account", "phys"]) == 0
-    assert "variable account          index no" in (tmp_path / "x" / "deck.in").read_text()
+    assert "variable energy_balance   index no" in (tmp_path / "x" / "deck.in").read_text()
     assert "#PBS -A phys" in (tmp_path / "x" / "job.sh").read_text()

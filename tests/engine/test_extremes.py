@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from workflow.data.frame import Frame
+from workflow.deck.template import templates
 
+TABLE = (templates() / "common" / "contact_table.in").read_text(encoding="ascii")
 LAW = {"kn": 1e3, "kt": 800.0, "zeta": 0.3, "mu": 0.3, "f0": 0.5, "d0": 2e-2}
 DRY = {"kn": 1e3, "kt": 800.0, "zeta": 0.3, "mu": 0.3}
 STEP, STEPS, SKIN = 5e-4, 800, 0.05
@@ -77,7 +79,7 @@ read_restart {tmp_path}/c.{STEPS}
 neigh_modify once yes
 timestep {STEP}
 fix move all disc/integrate
-compute pairs all pair/local p1 p2 p3 p4 p5 p6 p7 p8 p9 p10 p11 p12 p13 p14 p15
+{TABLE}
 {FIX}"""
     for number in (1, 2):
         ranks(number, f"run {STEPS}\n{show}", text=read)

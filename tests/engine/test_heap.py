@@ -147,10 +147,10 @@ def test_one_grain_leaves_as_the_next_becomes_an_atom(tmp_path: Path) -> None:
     checkpoint."""
     scene = Heap(grains=2, drop_height=10.0, base_half_width=3.0, feed_half_width=2.0, frame_interval=0.0, max_time=12.0)
     values = scene.variables()
-    look, height = values["look_every"] * values["step"], FLOOR + scene.drop_height
+    look, height = values["feed_every"] * values["step"], FLOOR + scene.drop_height
     leaves = math.ceil(math.sqrt(2.0 * (height - 1.0)) / look) * look  # 1 above the lower face
     second = leaves - 0.5 * look - math.sqrt(2.0 * (height - 1.0 - values["ahead"]))
-    folder = prepare(tmp_path / "both", scene, checkpoint_every=values["look_every"])
+    folder = prepare(tmp_path / "both", scene, checkpoint_every=values["feed_every"])
     base, off = len(scene.base_discs()), scene.half_width + 5.0
     falls = [(base + 1, 0.0, scene.middle - off), (base + 2, second, scene.middle + off)]
     (folder / "feed.txt").write_text("".join(f"{tag} {time!r} {x!r} 1\n" for tag, time, x in falls))

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from workflow.data.frame import Frame
+from workflow.deck.template import templates
 
+TABLE = (templates() / "common" / "contact_table.in").read_text(encoding="ascii")
 LAW = {"kn": 1e4, "kt": 8e3, "zeta": 0.4, "mu": 0.15, "f0": 0.5, "d0": 5e-3, "kr": 2.0, "mur": 1e-2}
 MOVE = "stress 20 20 cell strain mass 0.3 rate 0.4"
 CHECK = "fix eq all disc/equilibrium 10 unit 1 energy 1e9 force 1e9\n"
@@ -33,7 +35,7 @@ neigh_modify once yes
 timestep 2e-4
 fix move all disc/integrate {move}
 compute energy all pair disc/cohesive
-compute pairs all pair/local p1 p2 p3 p4 p5 p6 p7 p8 p9 p10 p11 p12 p13 p14 p15
+{TABLE}
 thermo_style custom step time ke c_energy c_energy[1]
 thermo_modify norm no
 thermo 0

@@ -58,7 +58,7 @@ def test_hybrid_gives_the_force_of_the_exact_law_at_rest(tmp_path: Any) -> None:
     places = np.array([[x, y] for x in range(4) for y in range(4)]) * 0.995 + rng.uniform(-5e-3, 5e-3, (16, 2)) + 1.0
     grains = Discs(np.ones(16), places, np.full(2, 6.0))
     values = {"kn": KN, "zeta": 0.0, "mu": 0.0, "f0": F0, "d0": D0, "step": 1e-4, "steps": 1}
-    exact, stock = (run(grains, {**values, "law": law}) for law in ("disc", "stock"))
+    exact, stock = (run(grains, {**values, "contact_model": law}) for law in ("disc", "stock"))
     assert np.abs(exact.velocity).max() > 1e-4  # something pulls
     # one step of 1e-4 under forces of order 10 that differ by the rounding of gaps times K_N
     np.testing.assert_allclose(stock.velocity, exact.velocity, atol=1e-13)
@@ -67,4 +67,4 @@ def test_hybrid_gives_the_force_of_the_exact_law_at_rest(tmp_path: Any) -> None:
 def test_tail_states_what_is_wrong() -> None:
     grains = Discs(np.ones(2), np.array([[1.0, 1.0], [3.0, 1.0]]), np.full(2, 6.0))
     with pytest.raises((InputError, EngineError), match=r"d0 = 0.* must be given and positive"):
-        run(grains, {"law": "stock", "f0": 1.0, "d0": 0.0, "steps": 1})
+        run(grains, {"contact_model": "stock", "f0": 1.0, "d0": 0.0, "steps": 1})

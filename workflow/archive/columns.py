@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from workflow.archive.dumps import CONTACT_COLUMNS
+from workflow.archive.dumps import CONTACT_COLUMNS, NUMBERED, numbered_contacts
 from workflow.archive.snapshots import Snapshot
 from workflow.errors import ArchiveError, InputError
 from workflow.scene.parameter import unknown_name
@@ -44,7 +43,6 @@ LIGGGHTS = {"pos": 6, "vel": 6, "id": 3, "force": 3, "force_normal": 3, "force_t
             "torque_tangential": 3, "history": 0, "contactArea": 1, "delta": 1, "contactPoint": 3, "ms_id": 2,
             "heatFlux": 1}  # fmt: skip
 LIGGGHTS_DEFAULT = ("pos", "vel", "id", "force", "torque", "history", "contactArea")
-NUMBERED = re.compile(r"([cf]_\w+)\[(\d+)\]")
 
 Names = Mapping[str, str]
 
@@ -106,11 +104,8 @@ def contact_names(block: Snapshot, names: Names, keywords: Sequence[str] | None)
 
 def _of_old_run(block: Snapshot) -> dict[str, str]:
     """Names for the 15 numbered columns of contacts.dump of a run directory of version 0.2; else none."""
-    matches = [NUMBERED.fullmatch(column) for column in block.columns]
-    places = [int(match[2]) for match in matches if match and match[1] == "c_pairs"]
-    if places != list(range(1, len(CONTACT_COLUMNS) + 1)) or not _of_run(Path(block.path)):
-        return {}
-    return dict(zip(CONTACT_COLUMNS, block.columns, strict=True))
+    named = numbered_contacts(block.columns)
+    return named if named and named["id_i"] == "c_pairs[1]" and _of_run(Path(block.path)) else {}
 
 
 def _of_run(path: Path) -> bool:

@@ -7,7 +7,8 @@ numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import BinaryIO
@@ -26,7 +27,8 @@ MOST_DIGITS = 18  # of a whole number that fits 64 bits
 # of a contact dump; the decks up to version 0.2 left them numbered, c_pairs[1] to c_pairs[15]
 CONTACT_COLUMNS = ("id_i", "id_j", "state", "bx", "by", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "du",
                    "dtheta", "sliding", "rolling")  # fmt: skip
-TURNING = (3, 4, 10, 12)  # columns of a contact that change their sign when i and j are exchanged
+TURNING = ("bx", "by", "moment", "dtheta")  # columns of a contact that change their sign when i and j are exchanged
+NUMBERED = re.compile(r"([cf]_\w+)\[(\d+)\]")  # a column that nobody named: compute or fix, and its place there
 
 
 @dataclass(frozen=True)
@@ -152,11 +154,11 @@ def read_frames(
 ) -> Iterator[Frame]:
     """Frames of a run: the steps present in both dumps, in order; one at a time.
 
-    ``grains``: columns `GRAIN_COLUMNS` in any order, others are ignored; sorted by id.  ``contacts``: `CONTACT_COLUMNS`
-    by name, or by position where the deck left them numbered; rows of state 0 are dropped,
-    the others brought to i < j (which flips branch, moment
-    and rotation, while T and du keep their sign) and sorted by (i, j).  ``series`` (see `read_series`) gives each frame
-    the stage number of the last row at or before its step, and ``stages`` names the numbers (default: the number).
+    ``grains``: columns `GRAIN_COLUMNS` in any order, others are ignored; sorted by id.  ``contacts``: `CONTACT_COLUMNS` in any
+    order, others are ignored, or all of them by their numbers (see `numbered_contacts`); rows of state 0 are dropped, the
+    others brought to i < j (which flips branch, moment and rotation, while T and du keep their sign) and sorted by (i, j).
+    ``series`` (see `read_series`) gives each frame the stage number of the last row at or before its step, and ``stages``
+    names the numbers (default: the number).  Raises ArchiveError.
     """
     names = dict(stages or {})
     partner = read_blocks(contacts, "ENTRIES")
@@ -177,14 +179,15 @@ def read_tracks(path: PathLike) -> Tracks:
     for block in blocks:
         if not (np.abs(block.table) < LARGEST).all():
             raise ArchiveError(f"{path}, step {block.step}: a position is no place in a box; the file is damaged, run again")
-        if block.columns != TRACK_COLUMNS:
-            raise ArchiveError(f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected "
-                               f"{' '.join(TRACK_COLUMNS)}; correct the dump command of the deck")  # fmt: skip
-    named = [whole_numbers(block.table[:, 0], f"{path}, step {block.step}: grain id") for block in blocks]
+    places = [_places(block, TRACK_COLUMNS, path) for block in blocks]
+    named = [
+        whole_numbers(block.table[:, place["id"]], f"{path}, step {block.step}: grain id")
+        for block, place in zip(blocks, places, strict=True)
+    ]
     ids = np.unique(np.concatenate(named or [np.empty(0, dtype=np.int64)]))
     position = np.full((len(blocks), len(ids), 2), np.nan)
     for k, block in enumerate(blocks):
-        position[k, np.searchsorted(ids, named[k])] = block.table[:, 1:3]
+        position[k, np.searchsorted(ids, named[k])] = block.table[:, [places[k]["x"], places[k]["y"]]]
     return Tracks(np.array([block.time for block in blocks]), ids, position)
 
 
@@ -199,13 +202,7 @@ def _stage_number(series: Mapping[str, Floats] | None, step: int) -> int:
 
 
 def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: PathLike) -> Frame:
-    missing = [name for name in GRAIN_COLUMNS if name not in block.columns]
-    if missing:
-        raise ArchiveError(
-            f"{grains}, line {block.line}: column {', '.join(missing)} missing; "
-            f"expected at least {' '.join(GRAIN_COLUMNS)}; correct the dump command of the deck"
-        )
-    place = {name: block.columns.index(name) for name in GRAIN_COLUMNS}
+    place = _places(block, GRAIN_COLUMNS, grains)
     rows = block.table[np.argsort(block.table[:, place["id"]], kind="stable")]
 
     def pick(*names: str) -> Floats:
@@ -228,24 +225,46 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
     return sound(frame, f"{grains}, line {block.line}")
 
 
+def _places(block: Block, names: Sequence[str], path: PathLike) -> dict[str, int]:
+    """{name: its place among the columns}; ArchiveError if a name is missing or there twice."""
+    missing = [name for name in names if name not in block.columns]
+    twice = [name for name in names if block.columns.count(name) > 1]
+    if missing or twice:
+        what = f"column {', '.join(missing)} missing" if missing else f"column {', '.join(twice)} is there more than once"
+        raise ArchiveError(f"{path}, line {block.line}: {what} in {' '.join(block.columns)}; expected "
+                           f"{' '.join(names)}, each once; correct the dump command of the deck")  # fmt: skip
+    return {name: block.columns.index(name) for name in names}
+
+
+def numbered_contacts(columns: Sequence[str]) -> dict[str, str]:
+    """{name: column} of a contact table whose deck left the columns of its ``compute pair/local`` numbered, c_ID[1] to
+    c_ID[15], in any order; {} if these are not its columns.  So wrote the decks up to version 0.2."""
+    matches = [NUMBERED.fullmatch(column) for column in columns]
+    numbers = {int(match[2]): column for match, column in zip(matches, columns, strict=True) if match}
+    if len({match[1] for match in matches if match}) != 1 or len(columns) != len(CONTACT_COLUMNS):
+        return {}
+    expected = range(1, len(CONTACT_COLUMNS) + 1)
+    return dict(zip(CONTACT_COLUMNS, map(numbers.__getitem__, expected), strict=True)) if set(numbers) == set(expected) else {}
+
+
 def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
-    named = set(CONTACT_COLUMNS) <= set(block.columns)
-    if not named and (len(block.columns) != len(CONTACT_COLUMNS) or set(CONTACT_COLUMNS) & set(block.columns)):
-        raise ArchiveError(
-            f"{path}, line {block.line}: columns are {' '.join(block.columns)}, expected {' '.join(CONTACT_COLUMNS)}; "
-            "correct the dump local command of the deck"
-        )
-    place = [block.columns.index(name) for name in CONTACT_COLUMNS] if named else slice(None)
-    table = block.table[:, place]
-    table = table[table[:, 2] != 0]
-    swap = table[:, 0] > table[:, 1]
-    table[swap, :2] = table[swap, 1::-1]
-    table[np.ix_(swap, TURNING)] *= -1.0
-    table = table[np.lexsort((table[:, 1], table[:, 0]))]
+    numbered = numbered_contacts(block.columns)
+    place = {name: block.columns.index(column) for name, column in numbered.items()} or _places(block, CONTACT_COLUMNS, path)
+    table = block.table[block.table[:, place["state"]] != 0]
+    known = {name: np.ascontiguousarray(table[:, column]) for name, column in place.items()}
+    swap = known["id_i"] > known["id_j"]
+    for name in TURNING:
+        known[name][swap] *= -1.0
+    first, second = np.minimum(known["id_i"], known["id_j"]), np.maximum(known["id_i"], known["id_j"])
+    order = np.lexsort((second, first))
+    known = {name: column[order] for name, column in known.items()}
     where = f"{path}, step {block.step}"
-    i, j = (rows_of(whole_numbers(table[:, c], f"{where}: grain id"), ids, where) for c in (0, 1))
-    columns = np.ascontiguousarray(table[:, 5:].T)
-    return Contacts(i, j, table[:, 3:5].copy(), *columns[:8], *(columns[8:] != 0))
+    i, j = (rows_of(whole_numbers(end[order], f"{where}: grain id"), ids, where) for end in (first, second))
+    return Contacts(
+        i=i, j=j, branch=np.column_stack((known["bx"], known["by"])), gap=known["gap"], elastic=known["elastic"],
+        viscous=known["viscous"], attraction=known["attraction"], tangential=known["tangential"], moment=known["moment"],
+        stretch=known["du"], rotation=known["dtheta"], sliding=known["sliding"] != 0, rolling=known["rolling"] != 0,
+    )  # fmt: skip
 
 
 def rows_of(wanted: Ints, ids: Ints, where: str) -> Ints:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from workflow.archive import plausible
-from workflow.archive.columns import CONTACT_HELP, NUMBERED, Reading, is_own
+from workflow.archive.columns import CONTACT_HELP, Reading, is_own
 from workflow.archive.dump_tables import Dump
+from workflow.archive.dumps import NUMBERED
 from workflow.archive.pair_forces import Known, forces_of, rest_of
 from workflow.archive.snapshots import Snapshot
 from workflow.data.build import nearest

@@ -8,7 +8,7 @@ what ``lmp -in`` runs and what a cluster job runs is the same deck.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,8 @@ DECK = "deck.in"
 DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
 ROWS = 65536  # of a table that are text or Python objects at one time
-_INCLUDE = re.compile(r"^include\s+(common/\S+)$", re.MULTILINE)
+# a file of a folder, or one that a variable names; what a run wrote for itself (stage.1.in) lies beside its deck and is left
+_INCLUDE = re.compile(r"^include\s+(?:(\w+/\S+)|\$\{(\w+)\})[^\S\n]*(?:#.*)?$", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 
@@ -38,21 +39,39 @@ def templates() -> Path:
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
     template = templates() / ((isinstance(scene, Packing) and scene.template) or f"{scene.name}.in")
-    return fill(whole(template), {**scene.variables(), "data": DATA})
+    values = {**scene.variables(), "data": DATA}
+    return fill(whole(template, values), values)
 
 
-def whole(path: Path) -> str:
+def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
     """The template with the files it includes, and those that these include, put in their places: a run directory needs no
-    other file.  They lie beside the template, or in the package.  Raises InputError if one cannot be read."""
+    other file.  ``include ${NAME}`` takes the file that ``values``, or the template's default, give to NAME, such as `law`.
+    Files lie beside the template, or in the package.  Raises InputError if one cannot be read."""
+    text = _read(path)
+    named = {match[2]: match[5] for match in reversed(list(_VARIABLE.finditer(text)))} | dict(values or {})
 
-    def read(*places: Path) -> str:
-        try:
-            text = next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
-        except (StopIteration, OSError, ValueError):
-            raise InputError(f"deck template '{places[0]}' cannot be read; give a text file") from None
-        return _INCLUDE.sub(lambda match: read(path.parent / match[1], templates() / match[1]), text)
+    def put(match: re.Match[str]) -> str:
+        name = match[1] or named.get(match[2])
+        if not name:
+            raise InputError(
+                f"deck template '{path}' includes ${{{match[2]}}} and has no such variable; declare it in its head"
+            )
+        return _INCLUDE.sub(put, _read(path.parent / str(name), templates() / str(name)))
 
-    return read(path) + "\n"
+    return _INCLUDE.sub(put, text) + "\n"
+
+
+def copy_template(name: str, folder: Path) -> None:
+    """Write the template ``name``, whole, to ``folder``, where its variables can be given on the command line."""
+    (folder / name).write_text(whole(templates() / name), encoding="utf-8")
+
+
+def _read(*places: Path) -> str:
+    """The text of the first of these files that exists, without its last line feeds."""
+    try:
+        return next(file for file in places if file.is_file()).read_text(encoding="utf-8").rstrip("\n")
+    except (StopIteration, OSError, ValueError):
+        raise InputError(f"deck template '{places[0]}' cannot be read; give a text file") from None
 
 
 def fill(template: str, values: dict[str, str | int | float]) -> str:

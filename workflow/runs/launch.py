@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from workflow.deck.template import templates
+from workflow.deck.template import copy_template
 from workflow.errors import EngineError
 from workflow.runs.child_process import Child
 from workflow.runs.installation import Engine, engine, python_child
@@ -80,7 +79,7 @@ def run_template(
     folder: Path, deck: str, values: Values | None = None, *, ranks: int = 1, patience: float | None = None
 ) -> Completed:
     """`run_deck` with a copy of one of this package's decks."""
-    shutil.copy(templates() / deck, folder)
+    copy_template(deck, folder)
     return run_deck(folder, deck, values, ranks=ranks, patience=patience)
 
 

@@ -109,5 +109,6 @@ class Consolidation(Method2):
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method2.in."""
         return super().variables() | {
-            "first": self.pstar_first, "ratio": self._ratio, "top": self._rising, "count": len(self.stresses),
+            "stress_first": self.pstar_first, "stress_ratio": self._ratio, "stress_rises": self._rising,
+            "stress_count": len(self.stresses),
         }  # fmt: skip

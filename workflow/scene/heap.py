@@ -22,6 +22,7 @@ from workflow.scene.parts import Readings
 from workflow.scene.time_step import Step
 
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
+LAW = "common/law_continuous.in"  # of lammps_inputs/, or beside the template
 MARGIN = 12.0  # free width beyond each end of the base
 HEADROOM = 6.0  # above the height of the drop
 # steps per period at which an impact with the damping of B97 is at the limit of stability; more damping shortens the step
@@ -293,14 +294,14 @@ class Heap(Readings):
             return check * max(1, math.ceil(time / (check * step)))
 
         return {
-            "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
+            "law": LAW, "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
             "damping": self.damping, "printed_rotation": int(self.printed_rotation),
             "printed_damping": int(self.printed_damping), "base": len(self.base_discs()), "floor": self.base,
             "floor_y": FLOOR, "middle": self.middle, "half_width": self.half_width, "feed": "feed.txt",
             "height": FLOOR + self.drop_height, "ahead": ahead,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance, "hold": self.hold,
-            "step": step, "scheme": self.scheme, "skin": self.neighbour_skin, "account": "yes" if self.account else "no",
-            "max_steps": every(self.longest_time), "look_every": look, "check_every": check,
+            "step": step, "scheme": self.scheme, "skin": self.neighbour_skin, "energy_balance": "yes" if self.account else "no",
+            "max_steps": every(self.longest_time), "feed_every": look, "check_every": check,
             "series_every": every(self.series_interval),
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),

@@ -50,5 +50,5 @@ class Method1(Packing):
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method1.in."""
         return super().variables() | {
-            "barostat": self.barostat, "berendsen_modulus": self.berendsen_modulus, "quiet": 2.0 * self.hold_time,
+            "barostat": self.barostat, "berendsen_modulus": self.berendsen_modulus, "unchanged_time": 2.0 * self.hold_time,
         }  # fmt: skip

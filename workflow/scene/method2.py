@@ -169,9 +169,9 @@ class Method2(Packing):
         soft, values = self.soft_law, super().variables()
         del values["stress"]
         return values | {
-            "first": self.pressure, "ratio": 1.0, "top": 0, "count": 1,
+            "stress_first": self.pressure, "stress_ratio": 1.0, "stress_rises": 0, "stress_count": 1,
             "kn": soft.kn, "kt": soft.kt, "kr": soft.kr,
-            "stiffer": self.law_in_units.kn / soft.kn,
-            "stiffening": self.stiffening, "quiet": self.quiet,
+            "stiffness_ratio": self.law_in_units.kn / soft.kn,
+            "stiffness_ramp_time": self.stiffening, "unchanged_time": self.quiet,
             "gas_step": self.step_of("aggregate").step, "soft_step": self.step_of("relax").step,
         }  # fmt: skip

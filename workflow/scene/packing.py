@@ -24,6 +24,7 @@ from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
 LONGEST = 1e9  # time of a stage [T0]
+LAW = "common/law_cohesive.in"  # of lammps_inputs/, or beside the template
 DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
 
 
@@ -221,15 +222,16 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every
         return {
-            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
+            "law": LAW, "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
             "kr": law.kr, "mur": min(law.mur, ENDLESS),
             "stress": self.pressure, "force_unit": self.force_unit,
             "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,
-            "convention": self.convention,
+            "momentum_convention": self.convention,
             "force_tolerance": self.force_tolerance, "energy_tolerance": self.energy_tolerance,
-            "hold": self.hold_time, "drag": self.drag, "dashpots": self.dashpots, "rolling_dashpots": self.rolling_dashpots,
+            "hold": self.hold_time,
+            "background_damping": self.drag, "dashpots": self.dashpots, "rolling_dashpots": self.rolling_dashpots,
             "step": self.step_choice.step, "skin": self.neighbour_skin, "start_energy": self.start_energy,
-            "scheme": self.scheme, "account": "yes" if self.account else "no",
+            "scheme": self.scheme, "energy_balance": "yes" if self.account else "no",
             "max_steps": every(self.max_time), "check_every": self.check_interval, "series_every": every(self.series_interval),
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "checkpoint_every": every(self.checkpoint_interval),

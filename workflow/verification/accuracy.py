@@ -97,7 +97,10 @@ def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr
     for case, variant, spp, steps in jobs:
         discs, velocity, spin = case.discs()
         law = case.law
-        values = {**asdict(law), "law": variant.law, "scheme": variant.scheme, "step": case.duration / steps, "steps": steps}
+        values = {
+            **asdict(law), "contact_model": variant.law, "scheme": variant.scheme, "step": case.duration / steps,
+            "steps": steps,
+        }  # fmt: skip
         outcome = run(discs, {**values, "pair_mass": 0.5}, velocity=velocity, spin=spin)
         rows.append(_few(case, variant, spp, case.error(outcome, exact[case.name]), outcome, steps))
         meter.add(_cost(variant, len(spin), steps), f"{case.name}, {variant.name}, {spp:g} steps per period")
@@ -160,7 +163,7 @@ def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1]
     for scene in scenes:
         law, discs = scene.law_in_units, scene.discs()
         values = {
-            **asdict(law), "law": variant.law, "scheme": variant.scheme, "step": step, "steps": steps,
+            **asdict(law), "contact_model": variant.law, "scheme": variant.scheme, "step": step, "steps": steps,
             "stress": scene.pressure, "cell_mass": scene.cell_mass, "start_fraction": scene.phi0,
             "skin": scene.neighbour_skin,
         }  # fmt: skip

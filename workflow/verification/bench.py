@@ -30,16 +30,17 @@ PARTS = ("pair", "neigh", "comm", "modify")
 
 # what the engines of this package change in bench.in; exact: friction, rolling, energy account, fixed cell
 OWN: dict[str, dict[str, object]] = {
-    "exact": {}, "stock": {"engine": "stock"}, "hooke/history": {"engine": "hooke"}, "granular": {"engine": "granular"},
+    "exact": {}, "stock": {"contact_model": "stock"}, "hooke/history": {"contact_model": "hooke"},
+    "granular": {"contact_model": "granular"},
 }  # fmt: skip
 SWITCHES: dict[str, dict[str, object]] = {
     "exact, barostat": {"barostat": "yes"},
     "exact, no friction": {"mu": 0.0},
     "exact, no rolling": {"kr": 0.0, "mur": 0.0},
     "exact, cohesion": {"f0": 1.0, "d0": 1e-3},
-    "exact, no account": {"account": "no"},
+    "exact, no account": {"energy_balance": "no"},
     "exact, scheme paper": {"scheme": "paper"},
-    "exact, run_style verlet": {"run": "verlet"},
+    "exact, run_style verlet": {"run_style": "verlet"},
 }
 
 

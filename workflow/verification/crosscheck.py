@@ -153,7 +153,7 @@ def values_of(scene: Method1, exact: Result | None) -> dict[str, float | int]:
     step, total = scene.step_choice.step, exact.row.time if exact else TIME
     return {
         "stress": scene.pressure, "cell_mass": scene.cell_mass, "step": step, "skin": scene.neighbour_skin,
-        "steps": math.ceil(LONGER * total / step), "settle": math.ceil(SETTLE / step), "rows": round(ROWS / step),
+        "steps": math.ceil(LONGER * total / step), "relax_steps": math.ceil(SETTLE / step), "rows": round(ROWS / step),
     }  # fmt: skip
 
 

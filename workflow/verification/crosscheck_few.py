@@ -23,8 +23,10 @@ from workflow.verification.other_engines import PEERS
 from workflow.verification.other_engines import run as run_peer
 
 EXACT, TWIN = "exact", "granular"  # ours, and LAMMPS's own style, whose Coulomb limit is that of the others
-OWN: dict[str, dict[str, object]] = {EXACT: {"law": "disc"}, "exact, paper's scheme": {"law": "disc", "scheme": "paper"},
-                                     TWIN: {"law": "stock"}}  # fmt: skip
+OWN: dict[str, dict[str, object]] = {
+    EXACT: {"contact_model": "disc"}, "exact, paper's scheme": {"contact_model": "disc", "scheme": "paper"},
+    TWIN: {"contact_model": "stock"},
+}  # fmt: skip
 STEPS = (28, 56, 112, 224, 448)  # per stiffest period
 COUNT = 8  # groups of each case
 

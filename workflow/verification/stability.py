@@ -231,7 +231,7 @@ def _measured(trial: Trial, variant: Variant, setting: Setting, most_steps: int)
     steps = min(math.ceil(setting.duration / choice.step), most_steps)
     values = {
         **{name: min(value, 1e100) for name, value in asdict(law).items()}, "scheme": variant.scheme,
-        "stress": setting.stress, "skin": setting.skin, "step": choice.step, "steps": steps, "watch": 1,
+        "stress": setting.stress, "skin": setting.skin, "step": choice.step, "steps": steps, "maxima": 1,
     }  # fmt: skip
     outcome = run(setting.discs, values, velocity=setting.velocity, patience=PATIENCE)
     result = outcome.result

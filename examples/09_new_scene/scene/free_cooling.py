@@ -18,7 +18,17 @@ from workflow.scene.parameter import quantity
 from workflow.scene.placement import gaussian
 
 # what a cell under stress needs and this deck has not
-OF_STRESS = ("stress", "cell", "cell_mass", "rate_cap", "wall_cap", "convention", "drag", "dashpots", "rolling_dashpots")
+OF_STRESS = (
+    "stress",
+    "cell",
+    "cell_mass",
+    "rate_cap",
+    "wall_cap",
+    "momentum_convention",
+    "background_damping",
+    "dashpots",
+    "rolling_dashpots",
+)
 
 
 @dataclass(frozen=True, kw_only=True)

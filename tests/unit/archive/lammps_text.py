@@ -4,6 +4,7 @@ import numpy as np
 
 from workflow.data.frame import Contacts, Frame
 
+NUMBERED = tuple(f"c_pairs[{k}]" for k in range(1, 16))  # what decks of version 0.2 wrote
 GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
 
 
@@ -33,14 +34,15 @@ def grains_text(frame, order=None, columns=GRAINS):
     x, v, f = frame.position, frame.velocity, frame.force
     data = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x[:, 0], "y": x[:, 1],
             "ix": np.zeros(frame.grains, int), "iy": np.full(frame.grains, -3), "vx": v[:, 0], "vy": v[:, 1],
-            "omegaz": frame.spin, "fx": f[:, 0], "fy": f[:, 1], "tqz": frame.torque}  # fmt: skip
+            "omegaz": frame.spin, "radius": frame.diameter / 2, "fx": f[:, 0], "fy": f[:, 1], "tqz": frame.torque}  # fmt: skip
     rows = range(frame.grains) if order is None else order
     lines = [" ".join(f"{data[c][k]:.17g}" for c in columns.split()) + " \n" for k in rows]
     return _head(frame, "ATOMS", frame.grains) + f"ITEM: ATOMS {columns} \n" + "".join(lines)
 
 
-def contacts_text(frame, swap=(), order=None, idle=0):
-    """One snapshot; pairs in ``swap`` written as (j, i), the other view; ``idle`` rows of state 0 in front."""
+def contacts_text(frame, swap=(), order=None, idle=0, names=NUMBERED, columns=range(15)):
+    """One snapshot; pairs in ``swap`` written as (j, i), the other view; ``idle`` rows of state 0 in front; ``names`` of the
+    columns, of which those in ``columns`` are written, in that order."""
     c = frame.contacts
     lines = ["3 2 0 1.5 0.5 0.9 0 0 0 0 0 0 0 0 0\n"] * idle
     for k in range(len(c)) if order is None else order:
@@ -51,5 +53,5 @@ def contacts_text(frame, swap=(), order=None, idle=0):
                    c.tangential[k], s * c.moment[k], c.stretch[k], s * c.rotation[k])  # fmt: skip
         line = " ".join([*map(str, pair), str(state), *(f"{n:.17g}" for n in numbers)])
         lines.append(f"{line} {int(c.sliding[k])} {int(c.rolling[k])} \n")
-    names = " ".join(f"c_pairs[{k}]" for k in range(1, 16))
-    return _head(frame, "ENTRIES", len(lines)) + f"ITEM: ENTRIES {names} \n" + "".join(lines)
+    chosen = [" ".join(line.split()[k] for k in columns) + " \n" for line in lines]
+    return _head(frame, "ENTRIES", len(lines)) + f"ITEM: ENTRIES {' '.join(names[k] for k in columns)} \n" + "".join(chosen)

@@ -2,9 +2,11 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from lammps_text import GRAINS, contacts_text, grains_text, random_frame
+from hypothesis import given
+from hypothesis import strategies as st
+from lammps_text import GRAINS, NUMBERED, contacts_text, grains_text, random_frame
 
-from workflow.archive.dumps import read_blocks, read_frames
+from workflow.archive.dumps import CONTACT_COLUMNS, read_blocks, read_frames, read_tracks
 from workflow.data import text
 from workflow.data.frame import Contacts, Frame
 from workflow.data.series import read_series
@@ -58,12 +60,69 @@ def test_size_of_the_parts_of_a_table_does_not_matter(write, monkeypatch, rows):
 def test_row_order_column_order_pair_order_and_idle_pairs_do_not_matter(write):
     frame = random_frame()
     shuffled = np.random.default_rng(3).permutation(20)
-    columns = " ".join(reversed(GRAINS.split())) + " radius".replace("radius", "vx")
+    columns = " ".join(reversed(GRAINS.split())) + " radius"
     paths = write(
         grains_text(frame, order=np.random.default_rng(2).permutation(12), columns=columns),
         contacts_text(frame, swap=range(0, 20, 3), order=shuffled, idle=4),
     )
     same(next(read_frames(*paths)), frame)
+
+
+def read(folder, grains, contacts):
+    """The frame of two texts."""
+    (folder / "grains").write_text(grains)
+    (folder / "contacts").write_text(contacts)
+    return next(read_frames(folder / "grains", folder / "contacts"))
+
+
+@given(
+    grains=st.permutations(GRAINS.split()),
+    contacts=st.permutations(range(15)),
+    names=st.sampled_from([CONTACT_COLUMNS, NUMBERED]),
+)
+def test_columns_are_read_by_their_names_in_any_order(tmp_path_factory, grains, contacts, names):
+    frame = random_frame()
+    text = contacts_text(frame, swap=range(0, 20, 3), idle=2, names=names, columns=contacts)
+    same(read(tmp_path_factory.mktemp("permuted"), grains_text(frame, columns=" ".join(grains)), text), frame)
+
+
+@given(lost=st.integers(0, 14), twice=st.integers(0, 14), names=st.sampled_from([CONTACT_COLUMNS, NUMBERED]))
+def test_a_contact_column_that_is_missing_or_there_twice_is_refused(tmp_path_factory, lost, twice, names):
+    """Also where the number of columns is right: it is no table by position."""
+    frame, folder = random_frame(), tmp_path_factory.mktemp("lost")
+    columns = [twice if k == lost else k for k in range(15)] if lost != twice else [*range(15), twice]
+    for chosen in (columns, [k for k in range(15) if k != lost]):
+        with pytest.raises(ArchiveError, match=r"missing in|more than once"):
+            read(folder, grains_text(frame), contacts_text(frame, names=names, columns=chosen))
+
+
+@given(st.lists(st.sampled_from([*CONTACT_COLUMNS, *NUMBERED, "c_other[3]", "3", "gap2"]), min_size=15, max_size=15))
+def test_names_that_are_not_those_of_a_contact_table_are_refused(tmp_path_factory, names):
+    if sorted(names) in (sorted(CONTACT_COLUMNS), sorted(NUMBERED)):
+        return
+    frame = random_frame()
+    with pytest.raises(ArchiveError, match=r"missing in|more than once"):
+        read(tmp_path_factory.mktemp("names"), grains_text(frame), contacts_text(frame, names=names))
+
+
+@pytest.mark.parametrize("name", ["id", "x", "tqz"])
+def test_a_grain_column_that_is_missing_or_there_twice_is_refused(tmp_path, name):
+    frame = random_frame()
+    for columns, word in (
+        (f"{GRAINS} {name}", f"{name} is there more than once"),
+        (GRAINS.replace(name, "radius", 1), "missing"),
+    ):
+        with pytest.raises(ArchiveError, match=word):
+            read(tmp_path, grains_text(frame, columns=columns), contacts_text(frame))
+
+
+@given(st.permutations(["id", "x", "y", "radius"]))
+def test_tracks_are_read_by_their_names_in_any_order(tmp_path_factory, columns):
+    frame, file = random_frame(), tmp_path_factory.mktemp("tracks") / "tracks.dump"
+    file.write_text(grains_text(frame, columns=" ".join(columns)))
+    tracks = read_tracks(file)
+    np.testing.assert_array_equal(tracks.ids, frame.ids)
+    np.testing.assert_array_equal(tracks.position[0], frame.position)
 
 
 def test_the_force_of_a_swapped_pair_is_opposite(write):

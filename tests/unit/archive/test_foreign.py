@@ -5,7 +5,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 from foreign_files import MU, Way, packing
-from lammps_text import contacts_text, grains_text
+from lammps_text import NUMBERED, contacts_text, grains_text
 from MDAnalysis.analysis.rdf import InterRDF
 
 from workflow.archive.columns import Reading
@@ -57,14 +57,16 @@ def plausible_frame():
                  rng.normal(size=(grains, 2)), rng.normal(size=grains), table)  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "columns", [range(15), (4, 3, 14, 0, 9, 6, 1, 13, 2, 12, 5, 11, 7, 10, 8)], ids=["in order", "permuted"]
+)
 @pytest.mark.parametrize("of_version", ["0.2", "now"])
-def test_dumps_of_this_package_are_read_alike(of_version, tmp_path):
-    """By their names; the numbered columns of version 0.2 in a run directory only."""
+def test_dumps_of_this_package_are_read_alike(of_version, columns, tmp_path):
+    """By their names in any order; the numbered columns of version 0.2 in a run directory only."""
     frame = plausible_frame()
     count = len(frame.contacts)
-    text = contacts_text(frame, swap=range(0, count, 3), idle=2)
-    if of_version == "now":
-        text = text.replace(" ".join(f"c_pairs[{k}]" for k in range(1, 16)), " ".join(CONTACT_COLUMNS))
+    names = CONTACT_COLUMNS if of_version == "now" else NUMBERED
+    text = contacts_text(frame, swap=range(0, count, 3), idle=2, names=names, columns=columns)
     paths = tmp_path / "grains.dump", tmp_path / "contacts.dump"
     for path, content in zip(paths, (grains_text(frame), text), strict=True):
         path.write_text(content)

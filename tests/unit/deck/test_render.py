@@ -13,8 +13,11 @@ from hypothesis import strategies as st
 from workflow.deck import template as render_module
 from workflow.deck.template import data_file, data_parts, fill, render, templates, whole
 from workflow.errors import InputError
+from workflow.scene.consolidation import Consolidation
+from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
+from workflow.scene.packing import LAW
 from workflow.scene.registry import Scene
 
 TEMPLATE = """# variable kn index 7 is only a comment
@@ -87,7 +90,7 @@ def test_every_variable_of_the_scene_appears_with_its_value() -> None:
 def test_rest_of_the_deck_is_the_template(scene: Scene) -> None:
     template = whole(templates() / f"{scene.name}.in").splitlines()
     deck = render(scene).splitlines()
-    assert not [line for line in deck if line.startswith("include common")]
+    assert not [line for line in deck if line.startswith("include ")]
     assert len(deck) == len(template)
     changed = [old for old, new in zip(template, deck, strict=True) if old != new]
     assert all(re.match(r"variable\s+\w+\s+index\s", line) for line in changed)
@@ -141,6 +144,45 @@ def test_included_text_stands_where_it_was_asked_for(tmp_path: Path) -> None:
     (tmp_path / "common" / "part.in").write_text("run 1\nrun 2\n")
     (tmp_path / "deck.in").write_text("units lj\ninclude common/part.in\n# include common/part.in\ninclude other.in\n")
     assert whole(tmp_path / "deck.in") == "units lj\nrun 1\nrun 2\n# include common/part.in\ninclude other.in\n"
+
+
+def test_the_law_is_the_file_that_its_variable_names(tmp_path: Path) -> None:
+    """A value of the scene, else the default; beside the template, else in the package; a path as it is."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "law.in").write_text("pair_style mine\n")
+    (tmp_path / "deck.in").write_text("variable law index mine/law.in\ninclude ${law}\nrun 1\n")
+    packaged = (templates() / LAW).read_text()
+    for values, text in (
+        ({}, "pair_style mine\n"),
+        ({"law": LAW}, packaged),
+        ({"law": tmp_path / "mine" / "law.in"}, "pair_style mine\n"),
+    ):
+        assert whole(tmp_path / "deck.in", values) == f"variable law index mine/law.in\n{text}run 1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("include ${law}\n", "includes \\$\\{law\\} and has no such variable; declare it in its head"),
+        ("variable law index common/law_typo.in\ninclude ${law}\n", "law_typo.in' cannot be read"),
+        ("include method3/load.in\n", "method3/load.in' cannot be read"),
+    ],
+)
+def test_an_include_that_names_no_file_is_an_error(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "deck.in").write_text(text)
+    with pytest.raises(InputError, match=words):
+        whole(tmp_path / "deck.in")
+
+
+@pytest.mark.parametrize(
+    "scene", [Method1(), Method2(n=50), Consolidation(n=50), Heap(grains=20)], ids=lambda scene: scene.name
+)
+def test_labels_of_a_deck_are_there_once_and_every_jump_finds_its_own(scene: Scene) -> None:
+    """The stages are put into one file, in which LAMMPS jumps to the first label of a name."""
+    deck = render(scene)
+    labels = re.findall(r"^label (\w+)", deck, re.MULTILINE)
+    assert len(labels) == len(set(labels))
+    assert set(re.findall(r"jump SELF (\w+)", deck)) == set(labels)
 
 
 def test_parts_of_a_data_file_are_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -140,7 +140,7 @@ def test_cells_shrink_alike(name: str, tmp_path: Path) -> None:
     scene = Method1(n=60, cohesion=False, max_time=0.6, dashpots=0.0, cell="strain", series_interval=0.1)
     discs = grains(scene)
     own_run(tmp_path / EXACT, scene, discs)
-    values = {**values_of(scene, None), "steps": round(0.6 / scene.step_choice.step), "settle": 0, "rows": 50}
+    values = {**values_of(scene, None), "steps": round(0.6 / scene.step_choice.step), "relax_steps": 0, "rows": 50}
     end = run(tmp_path / name, name, discs, scene.law_in_units, values, *at_rest(discs))
     ours, theirs = course(tmp_path / EXACT, discs), course(tmp_path / name, discs)
     assert ours[-1, 1] > 0.40  # it did shrink

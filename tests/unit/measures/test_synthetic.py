@@ -38,7 +38,7 @@ def test_size_grows_with_mass_as_published():
     """N ~ R_g^d_F between 64 and 1024 discs; published d_F = 1.55 +- 0.02 (G07 refs. 39, 89).
 
     R_g scatters by 15 %, so 3 % per point of 24 and 0.03 on the slope: 0.1 is three of those.  With 200 aggregates of each
-    size: docs/results/fractals.md.
+    size: validation/fractals.
     """
     mass = 2 ** np.arange(6, 11)
     radii = [

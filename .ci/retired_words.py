@@ -2,9 +2,9 @@
 
     python .ci/retired_words.py [ROOT]      status 1 and one line "file:line: old, say new" for each that is found
 
-Names are searched, not prose: of Python the name tokens, of C++ and of decks the words outside comments and strings.  A cell of the
-first column holds one or more `words`; (folders) behind them, as in "`spin` (plugins)", confine the row to those.  A line
-that reads files of older versions keeps their names and says so by the mark "retired:" in a comment.
+Names are searched, not prose: of Python the name tokens, of C++ and of decks the words outside comments and strings.  A
+cell of the first column holds one or more `words`; (folders) behind them, as in "`spin` (plugins)", confine the row to
+those.  A line that reads files of older versions keeps their names and says so by the mark "retired:" in a comment.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROW = re.compile(r"^\|(?P<old>[^|]*)\|(?P<new>[^|]*)\|", re.MULTILINE)
 CODE = re.compile(r"`([^`]+)`")
 SCOPE = re.compile(r"\(([^()`]+)\)\s*$")
 CXX_PROSE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
-DECK_PROSE = re.compile(r'#[^\n]*|^\s*print\b[^\n]*', re.MULTILINE)
+DECK_PROSE = re.compile(r"#[^\n]*|^\s*print\b[^\n]*", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Retired:
 
 
 def table(page: str) -> list[Retired]:
-    """Rows of the table.  Raises SystemExit where the heading or the rows are missing, so that the check cannot pass by chance."""
+    """Rows of the table.  Raises SystemExit where heading or rows are missing, so that the check cannot pass by chance."""
     if HEADING not in page:
         raise SystemExit(f"docs/glossary.md has no heading '{HEADING}'")
     section = page.split(HEADING, 1)[1].split("\n## ", 1)[0]

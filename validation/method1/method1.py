@@ -1,6 +1,6 @@
 """Method 1 against tables II and III of G07 (row Phi_I = 0.36), and what the result depends on.
 
-    python validation/method1/method1.py RUNS        runs what is missing in the folder RUNS, writes method1.csv beside this file
+    python validation/method1/method1.py RUNS      runs what is missing in the folder RUNS, writes method1.csv beside this file
 
 Each row of method1.csv is one run of 1400 grains: its options, its numbers, the digest of its scene.
 """

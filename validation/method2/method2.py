@@ -1,6 +1,6 @@
 """Method 2 against tables IV to VI of G07, and what the relaxation does.
 
-    python validation/method2/method2.py RUNS        runs what is missing in the folder RUNS, writes method2.csv beside this file
+    python validation/method2/method2.py RUNS      runs what is missing in the folder RUNS, writes method2.csv beside this file
 
 Each row of method2.csv is the end of a stage of one run: its options, its numbers, the digest of its scene.
 """

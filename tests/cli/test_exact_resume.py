@@ -36,12 +36,14 @@ def assert_same(directory: Path, whole: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running: Start) -> None:
+def test_a_run_killed_at_random_moments_resumes_to_the_same_bytes(seed: int, whole: tuple[Path, float], running: Start) -> None:
     kill_and_resume(seed, ALL_STAGES, whole, running)
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_heap_killed_at_random_moments(seed: int, poured: tuple[Path, float], running: Start) -> None:
+def test_a_heap_killed_at_random_moments_resumes_to_the_same_bytes(
+    seed: int, poured: tuple[Path, float], running: Start
+) -> None:
     """While grains fall, arrive, slide and leave the base."""
     kill_and_resume(seed, POURED, poured, running)
 
@@ -68,7 +70,7 @@ def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], runn
 
 
 @pytest.mark.parametrize("stage", range(1, 7))
-def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+def test_a_run_resumed_in_every_stage_has_the_same_bytes(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
     resume_after_last_checkpoint(stage, whole[0], tmp_path, wf)
 
 
@@ -126,7 +128,9 @@ def test_checkpoints_of_a_lost_course_are_not_used(whole: tuple[Path, float], tm
     assert_same(run, reference)
 
 
-def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:
+def test_a_run_on_a_disk_that_fills_up_resumes_with_more_room(
+    small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path
+) -> None:
     """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
     disk = small_disk("size=5m")
     done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")

@@ -274,7 +274,7 @@ AS_BASE = [
 
 @pytest.mark.skipif(not CASES.is_dir(), reason="the folder shared/cases is not beside the checkout")
 @pytest.mark.parametrize(("folder", "grains", "contacts", "words"), AS_BASE)
-def test_the_collected_files_of_other_programs(folder: str, grains: str, contacts: str, words: list[str]) -> None:
+def test_the_collected_files_of_other_programs_are_measured(folder: str, grains: str, contacts: str, words: list[str]) -> None:
     status, found, err = measured([CASES / folder / f"{grains}.dump"], [CASES / folder / f"{contacts}.dump"], *words)
     assert status == 0, err
     assert found["interactions"] == {"contacts": 731, "distant": 0} and found["coordination"] == 3.655
@@ -297,7 +297,7 @@ def test_the_collected_files_of_other_programs(folder: str, grains: str, contact
         ),
     ],
 )
-def test_the_collected_files_that_cannot_be_measured(
+def test_the_collected_files_that_cannot_be_measured_are_refused(
     folder: str, words: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(CASES / folder)

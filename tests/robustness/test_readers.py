@@ -9,18 +9,19 @@ from __future__ import annotations
 import ast
 import io
 import json
-import os
 import struct
 from collections.abc import Callable
 from dataclasses import fields
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import drawn
 import h5py
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mutations import DEADLINE, VALUES, deadline, edited, flipped, replaced
 
@@ -41,13 +42,7 @@ Fresh = Callable[..., Path]
 STUDY = b'scene = "method1"\nseeds = 3\n[fixed]\ncohesion = false\nn = 60\n[grid]\nmu = [0.15, 0.5]\nrolling = [false, true]\n'
 
 
-def examples(count: int) -> Callable[[Any], Any]:
-    """So many examples, the same each time; with WORKFLOW_FUZZ=K, K times as many at random."""
-    times = int(os.environ.get("WORKFLOW_FUZZ", "0"))
-    return settings(
-        max_examples=count * max(times, 1), derandomize=not times, deadline=timedelta(seconds=DEADLINE),
-        suppress_health_check=list(HealthCheck), database=None,
-    )  # fmt: skip
+examples = partial(drawn.examples, deadline=timedelta(seconds=DEADLINE))
 
 
 def content(path: Path) -> list[Any]:

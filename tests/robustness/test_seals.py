@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from drawn import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from kills import SCENES, environment, start
-from test_readers import examples
 
 from workflow.data.series import read_series
 from workflow.errors import ArchiveError

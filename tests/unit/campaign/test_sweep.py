@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import HealthCheck, given, settings
+from drawn import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from workflow.campaign.study import (
@@ -108,7 +109,7 @@ values = st.recursive(leaves, lambda part: st.lists(part, max_size=3) | st.dicti
 
 
 @given(st.dictionaries(names, values, max_size=4))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@examples(60)
 def test_any_toml_is_a_study_or_a_sentence(declared: dict[str, Any]) -> None:
     try:
         points = points_of(declared)

@@ -6,6 +6,7 @@ MPI), runs it and looks at a `Frame` of the package, read from dumps of 17 digit
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -15,12 +16,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tiers import let_children_hear_interrupts, pytest_collection_modifyitems, pytest_runtest_protocol  # noqa: F401
 
 from workflow.archive.dumps import read_frames
 from workflow.data.frame import Frame
+from workflow.deck.template import templates
 from workflow.runs.installation import engine, load
 
-GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
+let_children_hear_interrupts()
+
+
+def of_the_decks(pattern: str) -> str:
+    """The one text in the product's common includes that matches: tests write what the product writes."""
+    files = sorted((templates() / "common").glob("*.in"))
+    (found,) = {text for file in files for text in re.findall(pattern, file.read_text(), re.MULTILINE)}
+    return str(found)
+
+
+GRAINS = of_the_decks(r'string "(id diameter mass [^"]*)"')
 WRITE = (
     "write_dump all custom {0}grains.dump " + GRAINS + " modify time yes sort id format float %.17g\n"
     "write_dump all local {0}contacts.dump c_pairs[*] modify time yes format float %.17g\n"
@@ -42,9 +55,9 @@ neigh_modify once yes
 timestep {step:.17g}
 fix move all disc/integrate {move}
 """
-WATCH = """
+WATCH = f"""
 compute energy all pair disc/cohesive
-compute pairs all pair/local p1 p2 p3 p4 p5 p6 p7 p8 p9 p10 p11 p12 p13 p14 p15
+{of_the_decks("^compute pairs .*")}
 thermo_style custom step time ke c_energy c_energy[1]
 thermo_modify norm no
 thermo 0

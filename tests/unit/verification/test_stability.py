@@ -28,6 +28,7 @@ from workflow.verification.stability import (
 SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
 
 
+@pytest.mark.engine
 @pytest.mark.parametrize(
     ("verdict", "words", "setting"),
     [

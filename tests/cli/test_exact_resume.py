@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import filecmp
+import os
 import random
 import shutil
 import subprocess
@@ -18,6 +19,7 @@ from workflow.archive.read import Archive
 from workflow.runs.checkpoint import Seals, confirmed, newest, step_of
 from workflow.runs.directory import RunDirectory
 
+SEEDS = range(int(os.environ.get("WORKFLOW_KILLS", "1")))  # many more: pytest -m robustness tests/robustness/test_kills.py
 RESULTS = ("series.txt", "grains.dump", "contacts.dump", "tracks.dump")
 Start = Callable[..., Running]
 
@@ -35,12 +37,12 @@ def assert_same(directory: Path, whole: Path) -> None:
         assert filecmp.cmp(directory / name, whole / name, shallow=False), name
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_run_killed_at_random_moments_resumes_to_the_same_bytes(seed: int, whole: tuple[Path, float], running: Start) -> None:
     kill_and_resume(seed, ALL_STAGES, whole, running)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_heap_killed_at_random_moments_resumes_to_the_same_bytes(
     seed: int, poured: tuple[Path, float], running: Start
 ) -> None:
@@ -133,7 +135,7 @@ def test_a_run_on_a_disk_that_fills_up_resumes_with_more_room(
 ) -> None:
     """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
     disk = small_disk("size=5m")
-    done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")
+    done = wf("run", *SLOW, "--n", "500", "--frame-interval", "0.3", "--out", "disk/new")
     assert done.returncode == 1
     assert "No space left on device" in done.stderr
     assert "wf resume disk/new" in done.stderr

@@ -16,11 +16,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tiers import let_children_hear_interrupts, pytest_collection_modifyitems, pytest_runtest_protocol  # noqa: F401
 
 from workflow.archive.dumps import read_frames
 from workflow.data.frame import Frame
 from workflow.deck.template import templates
 from workflow.runs.installation import engine, load
+
+let_children_hear_interrupts()
 
 COMMON = templates() / "common"
 HEAD, TABLE = ((COMMON / name).read_text(encoding="ascii") for name in ("discs.in", "contact_table.in"))

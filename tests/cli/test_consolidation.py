@@ -46,11 +46,11 @@ def test_comes_to_rest_under_every_stress_in_turn(pressed: Path) -> None:
 
 
 @pytest.mark.parametrize("stage", [6, 9])
-def test_resumes_exactly(stage: int, pressed: Path, tmp_path: Path, wf: Wf) -> None:
+def test_a_killed_consolidation_resumes_exactly(stage: int, pressed: Path, tmp_path: Path, wf: Wf) -> None:
     resume_after_last_checkpoint(stage, pressed, tmp_path, wf)
 
 
-def test_table_of_stages(pressed: Path) -> None:
+def test_table_of_stages_has_a_row_for_every_stage(pressed: Path) -> None:
     found = json.loads(call("measure", pressed, "--stages", "--only", "none", "--json", cwd=pressed.parent).stdout)
     ends = {name: entry for name, entry in found.items() if name.startswith(("settle", "resettle"))}
     for name, entry in ends.items():
@@ -60,10 +60,12 @@ def test_table_of_stages(pressed: Path) -> None:
     assert alone == list(found.values())[-1]  # measured together or alone
     rows = call("measure", pressed, "--stages", cwd=pressed.parent).stdout.splitlines()
     assert len(rows) == len(found) + 1
-    assert all(rows[0].split()[1:] and len(row) == len(rows[0]) for row in rows)
+    assert len(rows[0].split()) > 1
+    for row in rows:
+        assert len(row) == len(rows[0]), row
 
 
-def test_figure(pressed: Path, tmp_path: Path) -> None:
+def test_figure_of_consolidation_is_drawn(pressed: Path, tmp_path: Path) -> None:
     done = call("plot", pressed, "--figure", "consolidation", "--out", tmp_path, "--format", "png", cwd=pressed.parent)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "consolidation.png").stat().st_size > 5000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import filecmp
+import os
 import random
 import shutil
 import subprocess
@@ -18,6 +19,7 @@ from workflow.archive.read import Archive
 from workflow.runs.checkpoint import Seals, confirmed, newest, step_of
 from workflow.runs.directory import RunDirectory
 
+SEEDS = range(int(os.environ.get("WORKFLOW_KILLS", "1")))  # many more: pytest -m robustness tests/robustness/test_kills.py
 RESULTS = ("series.txt", "grains.dump", "contacts.dump", "tracks.dump")
 Start = Callable[..., Running]
 
@@ -35,13 +37,15 @@ def assert_same(directory: Path, whole: Path) -> None:
         assert filecmp.cmp(directory / name, whole / name, shallow=False), name
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_killed_at_random_moments(seed: int, whole: tuple[Path, float], running: Start) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_run_killed_at_random_moments_resumes_to_the_same_bytes(seed: int, whole: tuple[Path, float], running: Start) -> None:
     kill_and_resume(seed, ALL_STAGES, whole, running)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_heap_killed_at_random_moments(seed: int, poured: tuple[Path, float], running: Start) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_heap_killed_at_random_moments_resumes_to_the_same_bytes(
+    seed: int, poured: tuple[Path, float], running: Start
+) -> None:
     """While grains fall, arrive, slide and leave the base."""
     kill_and_resume(seed, POURED, poured, running)
 
@@ -68,7 +72,7 @@ def kill_and_resume(seed: int, words: list[str], whole: tuple[Path, float], runn
 
 
 @pytest.mark.parametrize("stage", range(1, 7))
-def test_resumes_in_every_stage(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
+def test_a_run_resumed_in_every_stage_has_the_same_bytes(stage: int, whole: tuple[Path, float], tmp_path: Path, wf: Wf) -> None:
     resume_after_last_checkpoint(stage, whole[0], tmp_path, wf)
 
 
@@ -126,10 +130,12 @@ def test_checkpoints_of_a_lost_course_are_not_used(whole: tuple[Path, float], tm
     assert_same(run, reference)
 
 
-def test_disk_that_fills_up(small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path) -> None:
+def test_a_run_on_a_disk_that_fills_up_resumes_with_more_room(
+    small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path
+) -> None:
     """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
     disk = small_disk("size=5m")
-    done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")
+    done = wf("run", *SLOW, "--n", "500", "--frame-interval", "0.3", "--out", "disk/new")
     assert done.returncode == 1
     assert "No space left on device" in done.stderr
     assert "wf resume disk/new" in done.stderr

@@ -40,7 +40,7 @@ def continued(directory: Path) -> bool:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
-def test_interrupt_then_resume(number: signal.Signals, running: Start, wf: Wf) -> None:
+def test_an_interrupted_run_resumes_to_its_end(number: signal.Signals, running: Start, wf: Wf) -> None:
     run = running(*SLOW)
     run.wait_for_rows(10)  # two time units: behind the first checkpoint
     begun = time.monotonic()
@@ -83,7 +83,7 @@ def test_engine_that_is_ended_at_once_is_interrupted(whom: str, ranks: str, runn
     assert continued(run.directory)
 
 
-def test_kill_of_everything_then_resume(running: Start, wf: Wf) -> None:
+def test_a_run_whose_processes_vanish_resumes_to_its_end(running: Start, wf: Wf) -> None:
     """Power cut: `wf` and engine vanish at once, in the middle of a write for all they know."""
     run = running(*SLOW)
     run.wait_for_rows(10)  # two time units: behind the first checkpoint
@@ -151,7 +151,10 @@ def test_second_wf_is_turned_away(running: Start, wf: Wf) -> None:
     assert third.returncode == 2
     assert "'slow' exists" in third.stderr
     assert run.process.poll() is None
-    assert all(map(alive, run.engine()))
+    engines = run.engine()
+    assert engines
+    for pid in engines:
+        assert alive(pid), pid
     assert record(run.directory)["status"] == "running"
 
 

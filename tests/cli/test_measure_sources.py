@@ -118,7 +118,7 @@ def test_dumps_that_lack_something_are_refused(packing: Path, tmp_path: Path, ca
     assert "solid_fraction" in capsys.readouterr().out
 
 
-def test_figures_by_name(
+def test_figures_are_drawn_by_name(
     packing: Path, second: Path, cohesive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def plot(*words: object) -> int:

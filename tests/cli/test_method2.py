@@ -119,7 +119,7 @@ def test_result_is_recorded(whole: Whole, wf: Wf) -> None:
     assert "during relax" in wf("measure", str(whole[0])).stdout
 
 
-def test_figures_of_assembling(whole: Whole, packing: Path, wf: Wf, tmp_path: Path) -> None:
+def test_figures_of_assembling_are_drawn(whole: Whole, packing: Path, wf: Wf, tmp_path: Path) -> None:
     done = wf("plot", str(packing), str(whole[0]), "--figure", "density", "--out", "figures")
     assert done.returncode == 0, done.stderr
     done = wf("plot", str(whole[0]), "--figure", "pores", "--out", "figures", "--format", "png")
@@ -134,7 +134,7 @@ def test_figures_of_assembling(whole: Whole, packing: Path, wf: Wf, tmp_path: Pa
     assert wf("plot", str(packing), str(whole[0])).returncode == 2
 
 
-def test_without_load_and_without_help(wf: Wf, tmp_path: Path) -> None:
+def test_a_run_without_load_and_dashpots_ends_unpressed(wf: Wf, tmp_path: Path) -> None:
     """The undamped way ends where it is told to, and says that it is not in equilibrium."""
     words = ["--n", "60", "--kappa", "1e3", "--pstar", "0", "--dashpots", "0", "--max-time", "60", "--quiet", "2"]
     done = wf("run", "method2", *words, "--out", "bare", "--json")

@@ -80,7 +80,8 @@ def assert_same(parts: Path, whole: Path) -> None:
     for name in filter(lambda name: (whole / name).is_file(), ("grains.dump", "contacts.dump", "tracks.dump")):
         assert filecmp.cmp(parts / name, whole / name, shallow=False), name
     one, other = read_series(whole / "series.txt"), read_series(parts / "series.txt")
-    assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
 def wait_for(file: Path, process: subprocess.Popen[str]) -> None:
@@ -190,7 +191,9 @@ def test_a_module_that_does_not_load_is_named(tmp_path: Path, job: Job) -> None:
     assert not (run / "log.lammps").exists()
 
 
-def test_stop_file_and_lock(tmp_path: Path, job: Job, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_stop_file_ends_the_job_and_a_lock_keeps_the_second_out(
+    tmp_path: Path, job: Job, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = prepare(tmp_path / "run", "", "method1", "--n", "1400", "--checkpoint-interval", "0.05")
     first = job(run)
     wait_for(run / "checkpoint.1.a", first)

@@ -40,7 +40,7 @@ def test_page_of_a_run_lies_in_its_directory(copy: Path, capsys: pytest.CaptureF
         assert word in text
 
 
-def test_chosen_frame(packing: Path, tmp_path: Path) -> None:
+def test_the_chosen_frame_is_shown(packing: Path, tmp_path: Path) -> None:
     page = tmp_path / "first.html"
     assert main(["report", str(packing), "--frame", "0", "--out", str(page)]) == 0
     with Archive(packing / "run.h5") as archive:
@@ -49,7 +49,7 @@ def test_chosen_frame(packing: Path, tmp_path: Path) -> None:
     assert f"Frame 1 of 3, stage {first.stage}, t = 0" in page.read_text(encoding="utf-8")
 
 
-def test_folder_of_runs_and_one_without_results(packing: Path, cohesive: Path, tmp_path: Path, wf: Wf) -> None:
+def test_a_run_without_results_stands_on_the_page_of_its_folder(packing: Path, cohesive: Path, tmp_path: Path, wf: Wf) -> None:
     for name, run in (("a/1", packing), ("a/2", cohesive)):
         shutil.copytree(run, tmp_path / name)
     assert wf("deck", "method1", "--n", "60", "--out", "a/3").returncode == 0
@@ -80,7 +80,7 @@ def test_interrupted_run_shows_how_far_it_came(running: Callable[..., Any], wf: 
     assert "The run is interrupted: this is how far it came. Frame " in text and "not in equilibrium" in text
 
 
-def test_heap(tmp_path: Path) -> None:
+def test_page_of_a_heap_holds_its_figures(tmp_path: Path) -> None:
     done = call("run", "heap", "--grains", "40", "--drop-height", "15", "--out", "run", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert main(["report", str(tmp_path / "run")]) == 0
@@ -96,7 +96,7 @@ def test_heap(tmp_path: Path) -> None:
     )
 
 
-def test_dump_of_another_program(packing: Path, tmp_path: Path) -> None:
+def test_dump_of_another_program_has_a_page(packing: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     words = ["--contacts", packing / "contacts.dump", "--kn", "1000", "--force-unit", "1", "--out", page]
     assert main(["report", *map(str, (packing / "grains.dump", *words))]) == 0

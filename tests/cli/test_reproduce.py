@@ -171,7 +171,7 @@ def test_sample_whose_time_was_over_before_the_stage(
         assert known or f"no frame of stage {stage}" in line["reason"]
 
 
-def test_pooled_with_a_scoreboard_made_elsewhere(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_samples_of_a_scoreboard_made_elsewhere_are_pooled(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """All samples here, some here and some there, all there: the numbers are the same."""
     assert main(["reproduce", "tiny", "--jobs", "2"]) == 0
     whole = json.loads(Path("runs/tiny/scoreboard.json").read_text())
@@ -218,7 +218,9 @@ def test_pooled_with_a_scoreboard_made_elsewhere(tiny: Path, capsys: pytest.Capt
         ('{"numbers": [{"table": "1"}], "figures": [], "provenance": {}}', "is no scoreboard.json"),
     ],
 )
-def test_what_is_no_scoreboard(text: str | None, said: str, tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_no_scoreboard_is_named(
+    text: str | None, said: str, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     if text is not None:
         Path("board.json").write_text(text)
     assert main(["reproduce", "tiny", "--no-run", "--pool", "board.json"]) == 2
@@ -237,7 +239,9 @@ def test_what_is_no_scoreboard(text: str | None, said: str, tiny: Path, capsys: 
         (["tiny", "--jobs", "0"], "--jobs 0 is not allowed"),
     ],
 )
-def test_misuse(words: list[str], said: str, tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_misuse_of_reproduce_is_named_and_starts_no_run(
+    words: list[str], said: str, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["reproduce", *words]) == 2
     assert said in capsys.readouterr().err
     assert not Path("runs").exists()
@@ -251,7 +255,7 @@ def test_dry_run_lists_points_and_figures(tiny: Path, capsys: pytest.CaptureFixt
     assert not Path("runs").exists()
 
 
-def test_as_a_job_array(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_job_array_has_a_task_for_every_point(tiny: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The script of the array for the four runs; a machine without Slurm says so and computes nothing."""
     assert main(["reproduce", "tiny", "--scheduler", "slurm", "--time", "1:00:00", "--dry-run"]) == 0
     out = capsys.readouterr().out

@@ -61,7 +61,7 @@ def test_run_directory_says_everything(packing: Path) -> None:
         assert archive.provenance["hashes"] == state["hashes"]
 
 
-def test_measures_as_json(packing: Path, wf: Wf) -> None:
+def test_measures_printed_as_json_are_those_of_the_run(packing: Path, wf: Wf) -> None:
     done = wf("measure", packing, "--json")
     numbers = json.loads(done.stdout)
     assert done.returncode == 0
@@ -172,7 +172,7 @@ def test_every_step_has_one_row(wf: Wf, tmp_path: Path) -> None:
     assert np.all(np.diff(steps(tmp_path / "run")) > 0)
 
 
-def test_status(packing: Path, copy: Path, wf: Wf) -> None:
+def test_status_tells_runs_and_their_states(packing: Path, copy: Path, wf: Wf) -> None:
     done = wf("status", packing, copy, "--json")
     rows = json.loads(done.stdout)
     assert [row["status"] for row in rows] == ["finished", "finished"]
@@ -198,8 +198,8 @@ def test_plot_draws_png_and_svg(packing: Path, wf: Wf, tmp_path: Path) -> None:
     assert done.returncode == 0
     files = {path.name: path.read_bytes() for path in (tmp_path / "figures é").iterdir()}
     assert set(files) == {"forces.png", "forces.svg", "history.png", "history.svg"}
-    assert all(content[:8] == b"\x89PNG\r\n\x1a\n" for name, content in files.items() if name.endswith("png"))
-    assert all(b"<svg" in content for name, content in files.items() if name.endswith("svg"))
+    for name, content in files.items():
+        assert content.startswith(b"\x89PNG\r\n\x1a\n") if name.endswith("png") else b"<svg" in content, name
     assert sorted(done.stdout.split("\n")) == ["", *sorted(f"figures é/{name}" for name in files)]
     assert not [path for path in packing.iterdir() if path.suffix in (".png", ".svg")]
 
@@ -243,7 +243,7 @@ def test_overlapping_start_is_refused_by_the_engine_not_by_a_crash(wf: Wf, tmp_p
     assert "signal" not in done.stderr
 
 
-def test_checkpoint_of_a_run(packing: Path, copy: Path) -> None:
+def test_the_newest_whole_checkpoint_of_a_run_is_chosen(packing: Path, copy: Path) -> None:
     found = newest(packing)
     assert found is not None
     assert found.step == step_of(found.path) <= record(packing)["result"]["step"] == step_of(packing / "checkpoint.2.end")

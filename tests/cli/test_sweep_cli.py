@@ -74,7 +74,8 @@ def test_study_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     assert row["counts"]["done"] == 2
     assert row["core_hours_left"] == 0.0
     runs = sorted(Path("study/points").iterdir())
-    assert all(record(path)["digest"].startswith(path.name) for path in runs)
+    for path in runs:
+        assert record(path)["digest"].startswith(path.name)
     assert {json.loads((path / "measures.json").read_text())["equilibrated"] for path in runs} == {True}
     with open("study/results.csv", newline="") as file:
         table = list(csv.DictReader(file))
@@ -96,7 +97,7 @@ def test_study_is_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["in the foreground", "in the background"])
-def test_interrupt_and_kill_then_go_on(
+def test_a_study_goes_on_after_interrupt_and_kill(
     number: signal.Signals, tmp_path: Path, start: Start, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "study.toml").write_text(LONG)
@@ -199,7 +200,7 @@ def test_a_run_that_a_lost_machine_left_goes_on(tmp_path: Path, monkeypatch: pyt
         (["sweep", "study.toml", "--adopt", "none", "--out", "study"], "'none' is no directory"),
     ],
 )
-def test_misuse(
+def test_misuse_of_sweep_is_named(
     words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

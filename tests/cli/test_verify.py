@@ -101,7 +101,7 @@ def test_the_same_machine_may_not_differ(copy: Path, wf: Wf) -> None:
     assert wf("verify", "copy").returncode == 1
 
 
-def test_misuse(copy: Path, wf: Wf) -> None:
+def test_a_changed_deck_and_missing_checkpoints_are_named(copy: Path, wf: Wf) -> None:
     deck = (copy / "deck.in").read_text()
     (copy / "deck.in").write_text(deck.replace("dimension 2", "dimension 2 "))
     done = wf("verify", "copy")

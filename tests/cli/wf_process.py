@@ -23,8 +23,8 @@ os.environ.pop("PYTHONUNBUFFERED", None)  # as a user's shell: what is wrong wit
 WF = [sys.executable, "-m", "workflow.cli.main"]
 # 25 000 steps, about a second: soft grains and a short proof of rest
 QUICK = ["method1", "--no-cohesion", "--n", "60", "--kappa", "1e3", "--hold", "1"]
-# 280 000 steps, some three seconds: can be stopped in the middle and still finished within a test
-SLOW = ["method1", "--no-cohesion", "--n", "500", "--kappa", "1e5", "--hold", "1", "--checkpoint-interval", "1"]
+# 280 000 steps, some two seconds: can be stopped in the middle and still finished within a test
+SLOW = ["method1", "--no-cohesion", "--n", "300", "--kappa", "1e5", "--hold", "1", "--checkpoint-interval", "1"]
 # some three seconds through all six stages: soft grains with friction, rolling, distant pairs, a ramp and a load
 ALL_STAGES = [
     "method2", "--n", "60", "--kappa", "1e4", "--soft-kappa", "1e3", "--d0", "0.01", "--stiffening", "3", "--rolling",

@@ -48,7 +48,7 @@ def test_ranks_join_what_crosses_their_borders(
     assert 1 < len(found.grains) < 60
 
 
-def test_a_snake_through_all_ranks(ranks: Callable[..., Frame], tmp_path: Path) -> None:
+def test_a_snake_through_all_ranks_is_one_aggregate(ranks: Callable[..., Frame], tmp_path: Path) -> None:
     """One chain of touching grains that crosses the borders of four ranks again and again, and a grain apart."""
     rows, columns = 9, 18
     path = [(x if row % 4 == 0 else columns - 1 - x, row) for row in range(0, rows, 2) for x in range(columns)]

@@ -157,7 +157,7 @@ def test_quiet_time_starts_when_a_contact_opens(discs: Callable[..., Any]) -> No
 
 
 @pytest.mark.parametrize("present", [True, False])
-def test_stop_file(discs: Callable[..., Any], tmp_path: Path, present: bool) -> None:
+def test_stop_file_halts_the_run_at_the_next_check(discs: Callable[..., Any], tmp_path: Path, present: bool) -> None:
     stop = tmp_path / "stop"
     first = f"""fix eq all disc/equilibrium 10 unit 1 stop {stop}
 variable asked equal f_eq[14]
@@ -170,7 +170,7 @@ run 0"""
     assert sample.value("step") == (110 if present else 200)
 
 
-def test_one_grain_and_no_contact(discs: Callable[..., Any]) -> None:
+def test_one_grain_without_contact_has_finite_figures(discs: Callable[..., Any]) -> None:
     """Nothing is carried by anything: figures are finite, every grain is a rattler."""
     sample = discs(position=np.array([[3.0, 5.0]]), diameter=np.ones(1), velocity=[[1.0, 0.0]], law=DRY,
                    first="fix eq all disc/equilibrium 10 unit 1\nrun 100")  # fmt: skip

@@ -50,14 +50,16 @@ def transformed(
 
 
 @pytest.mark.parametrize("change", [{"newton": "off"}, {"skin": 0.02}, {"skin": 0.05}, {"skin": 0.3}], ids=str)
-def test_numerics_that_must_not_matter(discs: Callable[..., Any], compressed: dict[str, Any], change: dict[str, Any]) -> None:
+def test_newton_and_skin_do_not_change_the_trajectory(
+    discs: Callable[..., Any], compressed: dict[str, Any], change: dict[str, Any]
+) -> None:
     plain = discs(**compressed).run(STEPS)
     same(plain.frame(), discs(**{**compressed, **change}).run(STEPS).frame())
 
 
 @pytest.mark.parametrize("newton", ["on", "off"])
 @pytest.mark.parametrize("number", [2, pytest.param(4, marks=pytest.mark.validation)])  # 4 ranks on 2 cores: 40 s
-def test_ranks(
+def test_ranks_do_not_change_the_trajectory(
     discs: Callable[..., Any], ranks: Callable[..., Frame], compressed: dict[str, Any], number: int, newton: str
 ) -> None:
     """A small skin: grains migrate between ranks with their contacts."""
@@ -66,7 +68,7 @@ def test_ranks(
     same(plain.frame(), ranks(number, f"run {STEPS}", newton=newton, **compressed))
 
 
-def test_labels(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+def test_labels_do_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
     order = np.random.default_rng(1).permutation(50)
     plain = discs(**compressed).run(STEPS).frame()
     other = discs(**compressed, ids=1 + np.argsort(order)).run(STEPS).frame()
@@ -78,7 +80,7 @@ def test_labels(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
     assert pairs == set(zip(plain.contacts.i, plain.contacts.j, strict=True))
 
 
-def test_rotation_by_90_degrees(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+def test_rotation_by_90_degrees_rotates_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
     turn = np.array([[0, -1], [1, 0]])
     plain = discs(**compressed).run(STEPS).frame()
     other = discs(**transformed(compressed, turn=turn)).run(STEPS).frame()
@@ -86,7 +88,9 @@ def test_rotation_by_90_degrees(discs: Callable[..., Any], compressed: dict[str,
                         velocity=plain.velocity @ turn.T, force=plain.force @ turn.T))  # fmt: skip
 
 
-def test_shift_across_the_periodic_boundary(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+def test_shift_across_the_periodic_boundary_shifts_the_trajectory(
+    discs: Callable[..., Any], compressed: dict[str, Any]
+) -> None:
     """A shift by a fraction of the cell moves with it as the cell shrinks."""
     shift = np.array([0.37, 0.81])
     plain = discs(**compressed).run(STEPS).frame()
@@ -146,7 +150,7 @@ def test_checkpoints_do_not_change_the_trajectory(discs: Callable[..., Any], com
     same(discs(**compressed, first=f"restart 50 {tmp_path / 'a'} {tmp_path / 'b'}\nrun 0").run(STEPS).frame(), plain)
 
 
-def test_sorting_grains_in_memory(
+def test_sorting_grains_in_memory_does_not_change_the_trajectory(
     discs: Callable[..., Any], compressed: dict[str, Any], rewrite: Callable[[str, str], None]
 ) -> None:
     compressed["skin"] = 0.03
@@ -155,7 +159,7 @@ def test_sorting_grains_in_memory(
     same(discs(**compressed).run(STEPS).frame(), plain)
 
 
-def test_neighbour_settings_of_lammps(
+def test_neighbour_settings_of_lammps_do_not_change_the_trajectory(
     discs: Callable[..., Any], compressed: dict[str, Any], rewrite: Callable[[str, str], None]
 ) -> None:
     """Without `once yes` LAMMPS rebuilds at times of its own."""
@@ -165,7 +169,7 @@ def test_neighbour_settings_of_lammps(
 
 
 @pytest.mark.parametrize("newton", ["on", "off"])
-def test_a_rank_without_grains(discs: Callable[..., Any], ranks: Callable[..., Frame], newton: str) -> None:
+def test_a_rank_without_grains_takes_part(discs: Callable[..., Any], ranks: Callable[..., Frame], newton: str) -> None:
     """Two discs collide near one side of a long cell and fly over to the other rank and back."""
     scene = {"position": np.array([[1.0, 1.5], [2.5, 1.6]]), "diameter": np.ones(2), "cell": (12.0, 3.0), "law": LAW,
              "velocity": np.array([[5.0, 0.0], [-1.0, 0.0]]), "spin": np.array([3.0, 1.0]), "step": 2e-4}  # fmt: skip

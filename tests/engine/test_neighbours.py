@@ -108,7 +108,7 @@ def test_contact_memory_follows_its_pair(discs: Callable[..., Any], gas: Callabl
     assert kept > 500 and sample.value("nbuild") > 5
 
 
-def test_size_ratio_of_a_hundred(discs: Callable[..., Any]) -> None:
+def test_no_pair_is_missed_at_a_size_ratio_of_a_hundred(discs: Callable[..., Any]) -> None:
     """One large disc ploughs through small ones in a shrinking cell."""
     rng, law = np.random.default_rng(0), {"kn": 1e3, "kt": 1e3, "mu": 0.3, "f0": 1e-3, "d0": 1e-3}
     diameter = np.concatenate(([2.0], rng.uniform(0.02, 0.04, 150)))

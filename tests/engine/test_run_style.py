@@ -19,7 +19,9 @@ def compressed(gas: Callable[..., Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("move", ["", "stress 5 5", "stress 5 NULL drag 0.5 rate 0.1", "stress 5 5 convention 1"])
 @pytest.mark.parametrize("newton", ["on", "off"])
-def test_the_same_bits(discs: Callable[..., Any], compressed: dict[str, Any], move: str, newton: str) -> None:
+def test_run_style_gives_the_bits_of_run_style_verlet(
+    discs: Callable[..., Any], compressed: dict[str, Any], move: str, newton: str
+) -> None:
     """Whatever steps are watched, and however many at a stretch."""
     runs = []
     for commands in ("run 3000", "run_style verlet/disc\nthermo 7\nrun 3000", "run_style verlet/disc\nrun 1\nrun 2999 pre no"):
@@ -32,7 +34,7 @@ def test_the_same_bits(discs: Callable[..., Any], compressed: dict[str, Any], mo
             np.testing.assert_array_equal(mine, theirs)
 
 
-def test_with_a_fix_that_acts_within_the_step(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
+def test_run_style_obeys_a_fix_that_acts_within_the_step(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
     """Then every step is LAMMPS's own."""
     push = "fix push all addforce 0.1 0 0\n"
     plain = discs(**compressed, first=push).run(500).frame()
@@ -47,7 +49,9 @@ def test_arguments_are_refused(discs: Callable[..., Any], compressed: dict[str, 
 
 
 @pytest.mark.parametrize(("number", "newton"), [(2, "off"), (4, "on")])
-def test_ranks(ranks: Callable[..., Any], compressed: dict[str, Any], number: int, newton: str) -> None:
+def test_run_style_gives_the_same_motion_on_any_number_of_ranks(
+    ranks: Callable[..., Any], compressed: dict[str, Any], number: int, newton: str
+) -> None:
     """Short of chaos the number of ranks matters to rounding only; four share the corners of the cell."""
     scene = {**compressed, "newton": newton, "move": "stress 5 5"}
     one = ranks(1, "run_style verlet/disc\nrun 600", **scene)

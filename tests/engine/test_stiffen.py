@@ -61,7 +61,7 @@ def test_work_closes_the_energy_account(discs: Callable[..., Any], lump: dict[st
     assert total(sample) - before == pytest.approx(work, abs=0.1 * abs(work))
 
 
-def test_resumes_in_the_middle(discs: Callable[..., Any], lump: dict[str, Any], tmp_path: Path) -> None:
+def test_a_ramp_resumed_in_the_middle_goes_on(discs: Callable[..., Any], lump: dict[str, Any], tmp_path: Path) -> None:
     sample = discs(**lump, first="run 20000").command(RAMP + f"run 20005\nwrite_restart {tmp_path / 'c'}")
     factor, work = sample.vector("ramp", 2)
     assert 3.0 < factor < 100.0 / 3.0
@@ -90,6 +90,6 @@ def test_two_ranks_work_the_same(ranks: Callable[..., Frame], lump: dict[str, An
 @pytest.mark.parametrize(
     ("words", "message"), [("10 100", "three values"), ("0 100 1", "at least 1"), ("10 -1 1", "must be positive")]
 )
-def test_misuse(discs: Callable[..., Any], lump: dict[str, Any], words: str, message: str) -> None:
+def test_misuse_of_stiffen_is_named(discs: Callable[..., Any], lump: dict[str, Any], words: str, message: str) -> None:
     with pytest.raises(Exception, match=message):
         discs(**lump, first=f"fix ramp all disc/stiffen {words}")

@@ -40,7 +40,7 @@ def commands(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.parent.name + "/" + path.name)
-def test_example(script: Path, commands: str, tmp_path: Path) -> None:
+def test_example_runs_and_leaves_something_to_look_at(script: Path, commands: str, tmp_path: Path) -> None:
     work = tmp_path / "work"
     work.mkdir()
     environment = {

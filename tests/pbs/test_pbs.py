@@ -49,7 +49,7 @@ def said(run: Path) -> str:
     return "".join(path.read_text() for path in sorted(run.glob("method1-*.o*"), key=lambda path: int(path.suffix[2:])))
 
 
-def test_a_run_in_several_jobs(pbs: OpenPBS, tmp_path: Path) -> None:
+def test_a_run_out_of_time_goes_on_in_further_jobs(pbs: OpenPBS, tmp_path: Path) -> None:
     """`qsub job.sh` is all: out of time every few seconds."""
     run = deck(tmp_path, time="00:00:06", margin=3)
     job = pbs.run("qsub", "job.sh", cwd=run).strip()
@@ -81,6 +81,6 @@ def test_two_ranks_and_a_deleted_job(pbs: OpenPBS, tmp_path: Path) -> None:
     until(lambda: pbs.state(job) == "F" and "continuing from checkpoint" in said(run), "the job has ended")
 
 
-def test_a_refusal(pbs: OpenPBS, tmp_path: Path) -> None:
+def test_a_refused_submission_names_the_cause(pbs: OpenPBS, tmp_path: Path) -> None:
     run = deck(tmp_path, partition="none")
     assert "Unknown queue" in pbs.run("qsub", "job.sh", cwd=run, check=False)

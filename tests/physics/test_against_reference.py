@@ -84,7 +84,9 @@ def test_converges_to_the_reference(discs: Callable[..., Any], name: str, count:
 
 
 @pytest.mark.parametrize("name", ["elastic", "damped", "friction"])
-def test_order_of_the_scheme_of_the_paper(discs: Callable[..., Any], rewrite: Callable[[str, str], None], name: str) -> None:
+def test_scheme_of_the_paper_is_first_order_with_damping_and_friction(
+    discs: Callable[..., Any], rewrite: Callable[[str, str], None], name: str
+) -> None:
     """Forces that see the velocity of half a step before, and springs that slip, make it first order."""
     rewrite("pair_style disc/cohesive", "pair_style disc/cohesive scheme paper")
     start = scene(3, np.random.default_rng(list(LAWS).index(name)))

@@ -21,7 +21,7 @@ MOVES |= {"Parrinello-Rahman": "stress 3 2 mass 1 convention -1", "affine": "str
 MOVES |= {"strain": "stress 3 2 cell strain mass 1", "walls": "stress 50 50 wall 1", "quenched": "stress 3 3 quench 1"}
 
 
-def test_momentum(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
+def test_momentum_is_conserved(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
     scene = gas(100, 0.45, seed=2, speed=1.0)
     sample = discs(**scene, law=LAW, step=5e-4)
     frames = sample.record(4000, 400)

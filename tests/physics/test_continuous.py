@@ -159,7 +159,7 @@ def test_two_ranks_give_the_run_of_one(ranks: Callable[..., Frame], gas: Callabl
     np.testing.assert_allclose(two.contacts.stretch, one.contacts.stretch, rtol=0.0, atol=1e-9)
 
 
-def test_momenta_and_energy_account(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
+def test_momenta_are_conserved_and_the_energy_account_closes(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
     start = gas(60, 0.2, seed=5, gap=0.2)
 
     def run(step: float) -> tuple[float, float]:

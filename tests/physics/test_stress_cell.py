@@ -202,7 +202,7 @@ def test_free_velocities_scale_with_the_cell(discs: Callable[..., Any], spread: 
     assert sample.vector("move", 6)[4] == pytest.approx(after - before, abs=1e-6 * before)
 
 
-def test_kinetic_stress_of_free_discs(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+def test_stress_of_free_discs_is_the_kinetic_one(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
     velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
     sample = discs(**spread, velocity=velocity, move="stress 0 0 mass 1e9")
     expected = spread["diameter"] ** 2 @ velocity**2 / np.prod(LENGTHS)
@@ -239,7 +239,7 @@ def test_drag_slows_free_discs_and_is_accounted(discs: Callable[..., Any], sprea
     assert sample.vector("move", 7)[6] == pytest.approx(energy * (1.0 - kept**2), rel=1e-11)
 
 
-def test_drag_can_be_switched(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
+def test_drag_switched_off_and_on_acts_when_it_is_on(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
     sample = discs(**spread, velocity=0.1).run(100)
     assert np.array_equal(sample.frame().velocity, np.full((12, 2), 0.1))
     sample.command("fix_modify move drag 1").run(100).command("fix_modify move drag 0").run(100)

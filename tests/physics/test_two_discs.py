@@ -34,7 +34,7 @@ def receding(frame: Any, angle: float = 0.0) -> float:
 @pytest.mark.parametrize("angle", [0.0, 37.0, 90.0, 200.0])
 @pytest.mark.parametrize(("d1", "d2"), [(1.0, 1.0), (1.0, 0.5), (0.6, 0.8)])
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 0.5, 0.8])
-def test_restitution(discs: Callable[..., Any], zeta: float, d1: float, d2: float, angle: float) -> None:
+def test_restitution_is_the_closed_form(discs: Callable[..., Any], zeta: float, d1: float, d2: float, angle: float) -> None:
     omega = math.sqrt(KN / reduced(d1, d2))
     damped = math.sqrt(1.0 - zeta**2)
     step, speed, gap = 2e-4 / omega, 0.02, 1e-6
@@ -90,7 +90,9 @@ def test_slow_separation_meets_the_pull_off_force(discs: Callable[..., Any]) -> 
 
 @pytest.mark.parametrize(("factor", "escapes"), [(0.999, False), (1.001, True)])
 @pytest.mark.parametrize(("d1", "d2"), [(1.0, 1.0), (1.0, 0.5)])
-def test_escape_speed(discs: Callable[..., Any], d1: float, d2: float, factor: float, escapes: bool) -> None:
+def test_a_pair_escapes_above_the_escape_speed_alone(
+    discs: Callable[..., Any], d1: float, d2: float, factor: float, escapes: bool
+) -> None:
     """G07 eq. 7: at h = 0 the relative receding velocity must exceed sqrt(F0 D0/m*)."""
     f0, d0 = 1.0, 1e-3
     speed = factor * math.sqrt(f0 * d0 / reduced(d1, d2))
@@ -101,7 +103,7 @@ def test_escape_speed(discs: Callable[..., Any], d1: float, d2: float, factor: f
 
 
 @pytest.mark.parametrize(("d1", "d2"), [(1.0, 1.0), (0.5, 0.9)])
-def test_equilibrium_overlap(discs: Callable[..., Any], d1: float, d2: float) -> None:
+def test_equilibrium_overlap_is_f0_over_kn(discs: Callable[..., Any], d1: float, d2: float) -> None:
     omega = math.sqrt(KN / reduced(d1, d2))
     law = {"kn": KN, "f0": 2.0, "d0": 1e-3, "zeta": 0.8}
     sample = discs(**pair(d1, d2, -5e-5), law=law, step=0.01 / omega).run(4000)  # exp(-0.8*40) = 1e-14

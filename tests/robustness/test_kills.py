@@ -46,5 +46,5 @@ def test_a_killed_run_is_the_run_without_the_kills(scene: str, tmp_path: Path) -
 @pytest.mark.robustness
 @pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("scene", SCENES)
-def test_many_kills(scene: str, ranks: int, tmp_path: Path) -> None:
+def test_a_run_killed_many_times_is_the_run_without_the_kills(scene: str, ranks: int, tmp_path: Path) -> None:
     attack(tmp_path, scene, ranks, MANY)

@@ -9,18 +9,19 @@ from __future__ import annotations
 import ast
 import io
 import json
-import os
 import struct
 from collections.abc import Callable
 from dataclasses import fields
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import drawn
 import h5py
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mutations import DEADLINE, VALUES, deadline, edited, flipped, replaced
 
@@ -41,13 +42,7 @@ Fresh = Callable[..., Path]
 STUDY = b'scene = "method1"\nseeds = 3\n[fixed]\ncohesion = false\nn = 60\n[grid]\nmu = [0.15, 0.5]\nrolling = [false, true]\n'
 
 
-def examples(count: int) -> Callable[[Any], Any]:
-    """So many examples, the same each time; with WORKFLOW_FUZZ=K, K times as many at random."""
-    times = int(os.environ.get("WORKFLOW_FUZZ", "0"))
-    return settings(
-        max_examples=count * max(times, 1), derandomize=not times, deadline=timedelta(seconds=DEADLINE),
-        suppress_health_check=list(HealthCheck), database=None,
-    )  # fmt: skip
+examples = partial(drawn.examples, deadline=timedelta(seconds=DEADLINE))
 
 
 def content(path: Path) -> list[Any]:
@@ -108,7 +103,9 @@ def alter(draw: Callable[..., Any], path: Path) -> None:
 
 @examples(30)
 @given(data=st.data())
-def test_an_altered_archive(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
+def test_an_altered_archive_gives_an_error_or_measures(
+    data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf
+) -> None:
     run = fresh(data.draw(st.sampled_from([packing, packing, heap])), {})
     alter(data.draw, run / "run.h5")
     words = data.draw(
@@ -119,7 +116,9 @@ def test_an_altered_archive(data: st.DataObject, packing: Path, heap: Path, fres
 
 @examples(25)
 @given(data=st.data())
-def test_dumps_and_series(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
+def test_damaged_dumps_and_series_give_an_error_or_measures(
+    data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf
+) -> None:
     """The archive is made anew from what the engine wrote; or the series alone is damaged."""
     source = data.draw(st.sampled_from([packing, heap]))
     names = ["grains.dump", "contacts.dump", "series.txt"] + (["tracks.dump"] if source == heap else [])
@@ -156,7 +155,9 @@ def _ends(content: bytes) -> list[int]:
 
 @examples(40)
 @given(data=st.data())
-def test_dumps_of_other_programs(data: st.DataObject, packing: Path, tmp_path: Path, wf: Wf) -> None:
+def test_damaged_dumps_of_other_programs_give_an_error_or_measures(
+    data: st.DataObject, packing: Path, tmp_path: Path, wf: Wf
+) -> None:
     names = ["grains.dump", "contacts.dump"]
     broken = data.draw(st.sampled_from(names))
     for name in names:
@@ -173,7 +174,7 @@ def test_dumps_of_other_programs(data: st.DataObject, packing: Path, tmp_path: P
     rows=st.lists(st.lists(st.floats(width=32) | st.integers(-2, 9), min_size=9, max_size=9), max_size=5),
     faces=st.lists(st.floats(-1e3, 1e3) | st.just(0.0), min_size=4, max_size=4),
 )
-def test_any_dump_that_has_the_form_of_one(
+def test_any_dump_that_has_the_form_of_one_gives_an_error_or_measures(
     columns: list[str], rows: list[list[float]], faces: list[float], tmp_path: Path
 ) -> None:
     head = f"ITEM: TIMESTEP\n7\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS pp pp pp\n"
@@ -190,7 +191,9 @@ def test_any_dump_that_has_the_form_of_one(
 
 @examples(25)
 @given(data=st.data())
-def test_records(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf) -> None:
+def test_damaged_records_give_an_error_or_measures(
+    data: st.DataObject, packing: Path, heap: Path, fresh: Fresh, wf: Wf
+) -> None:
     """run.json and the log, as text and as data."""
     source = data.draw(st.sampled_from([packing, heap]))
     name = data.draw(st.sampled_from(["run.json", "run.json", "log.lammps"]))
@@ -215,7 +218,9 @@ def test_damaged_measures_are_measured_anew(data: st.DataObject, packing: Path, 
 
 @examples(60)
 @given(data=st.data())
-def test_scene_files(data: st.DataObject, packing: Path, heap: Path, tmp_path: Path, wf: Wf) -> None:
+def test_any_scene_file_gives_a_scene_or_a_sentence(
+    data: st.DataObject, packing: Path, heap: Path, tmp_path: Path, wf: Wf
+) -> None:
     """A scene that can be written down and read again, or a sentence; and its deck."""
     source = data.draw(st.sampled_from([packing, heap]))
     (tmp_path / "scene.toml").write_bytes(data.draw(edited((source / "scene.toml").read_bytes())))
@@ -232,14 +237,16 @@ def test_scene_files(data: st.DataObject, packing: Path, heap: Path, tmp_path: P
 
 @examples(60)
 @given(data=st.data())
-def test_study_files(data: st.DataObject, tmp_path: Path, wf: Wf) -> None:
+def test_any_study_file_gives_a_study_or_a_sentence(data: st.DataObject, tmp_path: Path, wf: Wf) -> None:
     (tmp_path / "study.toml").write_bytes(data.draw(edited(STUDY)))
     wf("sweep", "study.toml", "--dry-run")
 
 
 @examples(40)
 @given(data=st.data())
-def test_records_of_studies(data: st.DataObject, packing: Path, tmp_path: Path, wf: Wf) -> None:
+def test_damaged_records_of_studies_give_an_error_or_a_status(
+    data: st.DataObject, packing: Path, tmp_path: Path, wf: Wf
+) -> None:
     """points.json and the records of the points; no name in them leads out of the study."""
     digest = json.loads((packing / "run.json").read_text())["digest"]
     values = {"scene": "method1", "n": 60, "seed": 1}
@@ -261,7 +268,7 @@ def test_records_of_studies(data: st.DataObject, packing: Path, tmp_path: Path, 
 
 @examples(25)
 @given(data=st.data())
-def test_what_a_run_is_resumed_from(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh) -> None:
+def test_a_damaged_restart_file_is_never_resumed_from(data: st.DataObject, packing: Path, heap: Path, fresh: Fresh) -> None:
     """A restart file is taken only if it is, bit for bit, what was sealed, unless its seal is the one that is damaged."""
     source = data.draw(st.sampled_from([packing, heap]))
     names = sorted(path.name for path in source.iterdir() if path.name.startswith(("checkpoint.", "stage.")))
@@ -283,7 +290,8 @@ def test_what_a_run_is_resumed_from(data: st.DataObject, packing: Path, heap: Pa
     sealed = json.loads((source / f"{chosen}.json").read_text())
     assert (run / chosen).read_bytes() == (source / chosen).read_bytes()
     for part in ("grains.dump", "contacts.dump"):
-        assert all(block.step < sealed["step"] for block in read_blocks(run / part, "ATOMS" if part[0] == "g" else "ENTRIES"))
+        for block in read_blocks(run / part, "ATOMS" if part[0] == "g" else "ENTRIES"):
+            assert block.step < sealed["step"], part
     assert read_series(run / "series.txt")["step"].max(initial=0) <= sealed["step"]
 
 
@@ -296,7 +304,7 @@ def test_a_restart_file_whose_records_lead_back_ends(length: int, tmp_path: Path
 
 
 @pytest.mark.parametrize("value", [repr(value) for value in VALUES])
-def test_values_of_every_kind_in_a_report(value: str, packing: Path, fresh: Fresh, wf: Wf) -> None:
+def test_values_of_every_kind_are_shown_in_a_report(value: str, packing: Path, fresh: Fresh, wf: Wf) -> None:
     """The page shows what the record says, or the command says what is wrong with it."""
     state = json.loads((packing / "run.json").read_text())
     for name in ("command", "seconds", "reason"):

@@ -141,7 +141,7 @@ def attack(copy: Copy, rng: random.Random, reference: Any) -> str:
 
 
 @pytest.mark.parametrize("kind", ["packing", "heap"])
-def test_a_damaged_run_directory(
+def test_a_damaged_run_directory_gives_an_error_or_the_result(
     kind: str, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = int(os.environ.get("WORKFLOW_FUZZ", "0"))

@@ -99,7 +99,7 @@ def test_an_array_computes_every_point_once(slurm: Slurm, wf: Wf, tmp_path: Path
             assert filecmp.cmp(point / name, tmp_path / folder / "points" / point.name / name, shallow=False), (point, name)
 
 
-def test_ranks(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
+def test_a_run_on_two_ranks_finishes_under_slurm(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     """Few steps: two ranks that share a core wait for each other."""
     (tmp_path / "study.toml").write_text(QUICK + "max_time = 0.05\n")
     assert wf("sweep", "study.toml", "--out", "s", "--scheduler", "slurm", "--ranks", "2", "--time", "00:10:00").returncode == 0
@@ -184,7 +184,7 @@ def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     assert point["reason"] == f"out of time (its job did not get to stop it before); job {task}"
 
 
-def test_a_refusal_leaves_nothing(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
+def test_a_refused_submission_leaves_no_job(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(QUICK)
     done = wf("sweep", "study.toml", "--out", "s", "--scheduler", "slurm", "--partition", "none")
     assert done.returncode == 1

@@ -27,7 +27,7 @@ from workflow.scene.registry import Scene
 
 RESULTS = {"series.txt": None, **DUMPS}
 # Where bits may differ (ranks, versions, machine), rounding grows exponentially while grains collide: two such runs are two
-# samples.  Bounds for 1400 grains, four times the scatter between samples of G07 table V and of docs/results; they grow
+# samples.  Bounds for 1400 grains, four times the scatter between samples of G07 table V and of validation/; they grow
 # as 1/sqrt(N).
 BOUNDS = {"solid_fraction": 0.032, "coordination": 0.12}
 TOGETHER = 1e-6  # relative difference up to which two series count as the same run

@@ -32,7 +32,7 @@ wf reproduce gilabert2007 --dry-run                  what would be computed, wha
 wf reproduce gilabert2007 --adopt runs --no-run      the scoreboard of the finished runs found in runs
 wf reproduce gilabert2007 --scheduler slurm --time 12:00:00
                                                      as a job array; then --no-run for the scoreboard
-wf reproduce gilabert2007 --no-run --pool docs/results/gilabert2007/scoreboard.json
+wf reproduce gilabert2007 --no-run --pool validation/gilabert2007/scoreboard.json
                                                      with the samples of a scoreboard made elsewhere
 wf reproduce gilabert2007 --readings --dry-run       what the readings of the procedure would cost
 wf reproduce gilabert2007 --readings W0.3,W0.6      these two against the printed numbers, chi^2 of each

@@ -21,7 +21,7 @@ def ballistic_aggregate(grains: int, rng: np.random.Generator, *, equal: bool = 
       meet; published d_F = 1.55 +- 0.02 in two dimensions (G07 refs. 39, 89).
     * ``equal``: clusters of equal size only (n a power of two), the hierarchical model, which is less dense.
 
-    What both give here stands in docs/results/fractals.md.
+    What both give here stands in validation/fractals.
     """
     if grains < 1 or (equal and grains & (grains - 1)):
         raise InputError(f"grains = {grains} is not allowed; give 1 or more, with equal=True a power of two")

@@ -41,14 +41,14 @@ def test_what_is_written_is_read_back(path, frames):
             np.testing.assert_array_equal(archive.series[name], values)
 
 
-def test_the_frame_nearest_to_a_time(path, frames):
+def test_the_frame_nearest_to_a_time_is_found(path, frames):
     times = [frame.time for frame in frames]
     with Archive(path) as archive:
         assert [archive.nearest(time + 1e-9) for time in times] == [times.index(time) for time in times]
         assert archive.nearest(1e9) == len(frames) - 1
 
 
-def test_poured_and_lost_grains(tmp_path):
+def test_poured_and_lost_grains_are_read_back(tmp_path):
     def part(step, rows):
         frame = random_frame(step, grains=6, pairs=0)
         chosen = {name: getattr(frame, name)[rows] for name in
@@ -130,17 +130,17 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(path, frames):
     assert [p.name for p in path.parent.iterdir()] == ["run.h5"]
 
 
-def test_unwritable_directory(tmp_path, frames):
+def test_an_unwritable_directory_is_named(tmp_path, frames):
     with pytest.raises(ArchiveError, match="cannot write"):
         write_archive(tmp_path / "absent" / "run.h5", frames, SERIES, PROVENANCE)
 
 
-def test_frames_that_do_not_exist(path):
+def test_frames_that_do_not_exist_are_named(path):
     with Archive(path) as archive, pytest.raises(InputError, match="allowed: -3 to 2"):
         archive.frame(3)
 
 
-def test_files_that_are_no_archive(tmp_path, path):
+def test_files_that_are_no_archive_are_named(tmp_path, path):
     (tmp_path / "text.h5").write_text("no HDF5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["data"] = 1

@@ -148,7 +148,7 @@ def test_a_step_written_twice_counts_once(write):
     assert len(list(read_frames(*paths))) == 1
 
 
-def test_frame_without_interactions(write):
+def test_a_frame_without_interactions_is_read(write):
     frame = random_frame(pairs=0)
     read = next(read_frames(*write(grains_text(frame), contacts_text(frame))))
     assert len(read.contacts) == 0 and read.contacts.branch.shape == (0, 2)
@@ -195,7 +195,7 @@ def test_a_frame_cut_in_the_middle_of_the_file_is_damage(write):
         list(read_frames(*write(cut + grains_text(b), contacts_text(a) + contacts_text(b))))
 
 
-def test_contact_with_an_unknown_grain(write):
+def test_a_contact_with_an_unknown_grain_is_damage(write):
     frame, smaller = random_frame(grains=12), random_frame(grains=5, pairs=3)
     with pytest.raises(ArchiveError, match="no grain of that frame"):
         list(read_frames(*write(grains_text(smaller), contacts_text(frame))))
@@ -207,7 +207,7 @@ def test_steps_that_go_back_are_damage(write):
         list(read_frames(*write(grains_text(b) + grains_text(a), contacts_text(b))))
 
 
-def test_missing_file():
+def test_a_missing_file_is_named():
     with pytest.raises(ArchiveError, match="cannot read 'nowhere'"):
         next(read_blocks("nowhere", "ATOMS"))
 
@@ -241,13 +241,13 @@ def test_series_columns_and_the_unfinished_last_line(tmp_path):
         ("# step time stage\n5 0 1\n1 1 1\n", "line 3"),
     ],
 )
-def test_bad_series(tmp_path, text, message):
+def test_a_damaged_series_names_file_and_line(tmp_path, text, message):
     (tmp_path / "series").write_text(text)
     with pytest.raises(ArchiveError, match=message):
         read_series(tmp_path / "series")
 
 
-def test_series_without_rows(tmp_path):
+def test_a_series_without_rows_is_read_as_empty(tmp_path):
     (tmp_path / "series").write_text("# step time stage\n")
     assert {name: len(values) for name, values in read_series(tmp_path / "series").items()} == {
         "step": 0, "time": 0, "stage": 0,

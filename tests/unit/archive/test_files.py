@@ -107,7 +107,7 @@ def test_columns_without_names_have_their_numbers(tmp_path):
     assert main(["measure", str(path), "--columns", given, "--only", "none"]) == 0
 
 
-def test_files_of_one_sample_and_files_of_several(tmp_path):
+def test_files_of_one_sample_are_told_from_files_of_several(tmp_path):
     """One file per step, two samples with their contacts, and the word of the user."""
     one, two = packing(1), packing(2)
     steps = [write(tmp_path, f"s{step}", [grains_text(one, Way(step=step))]) for step in (1, 2, 3)]
@@ -145,7 +145,7 @@ KEYWORDS = [
 
 
 @pytest.mark.parametrize(("keywords", "count", "places"), KEYWORDS)
-def test_columns_of_liggghts_by_its_keywords(keywords, count, places, tmp_path):
+def test_columns_of_liggghts_are_known_by_its_keywords(keywords, count, places, tmp_path):
     text = contacts_text(packing(1), Way())
     head = next(line for line in text.splitlines() if line.startswith("ITEM: ENTRIES"))
     names = " ".join(f"c_fc[{k}]" for k in range(1, count + 1))

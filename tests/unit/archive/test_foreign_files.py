@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import os
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -16,19 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawn import examples
 from foreign_files import MU, Way, contacts_text, direct, grains_text, packing, write
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from workflow.campaign.measured import found_at
 from workflow.cli.main import main
-
-
-def examples(count: int) -> Any:
-    """So many examples, the same each time; with WORKFLOW_FUZZ=K, K times as many at random."""
-    times = int(os.environ.get("WORKFLOW_FUZZ", "0"))
-    return settings(max_examples=count * max(times, 1), derandomize=not times, deadline=None, database=None,
-                    suppress_health_check=list(HealthCheck))  # fmt: skip
 
 
 def measured(grains: list[Path], contacts: list[Path], *words: str) -> tuple[int, dict[str, Any], str]:
@@ -274,7 +267,7 @@ AS_BASE = [
 
 @pytest.mark.skipif(not CASES.is_dir(), reason="the folder shared/cases is not beside the checkout")
 @pytest.mark.parametrize(("folder", "grains", "contacts", "words"), AS_BASE)
-def test_the_collected_files_of_other_programs(folder: str, grains: str, contacts: str, words: list[str]) -> None:
+def test_the_collected_files_of_other_programs_are_measured(folder: str, grains: str, contacts: str, words: list[str]) -> None:
     status, found, err = measured([CASES / folder / f"{grains}.dump"], [CASES / folder / f"{contacts}.dump"], *words)
     assert status == 0, err
     assert found["interactions"] == {"contacts": 731, "distant": 0} and found["coordination"] == 3.655
@@ -297,7 +290,7 @@ def test_the_collected_files_of_other_programs(folder: str, grains: str, contact
         ),
     ],
 )
-def test_the_collected_files_that_cannot_be_measured(
+def test_the_collected_files_that_cannot_be_measured_are_refused(
     folder: str, words: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(CASES / folder)

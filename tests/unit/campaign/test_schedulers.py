@@ -115,7 +115,7 @@ def test_every_field_is_checked(field: str, value: Any, words: str) -> None:
     assert words in str(caught.value)
 
 
-def test_profiles_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_profiles_of_the_user_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with pytest.raises(InputError, match=r"clusters.toml' cannot be read"):
         profile_of("hunter")

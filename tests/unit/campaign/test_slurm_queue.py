@@ -71,7 +71,9 @@ def tasks_of(study: Study, array: str) -> list[list[str]]:
     return list(json.loads((study.folder / "jobs" / array / "tasks.json").read_text())["tasks"])
 
 
-def test_what_is_submitted(study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_open_points_are_submitted_and_begun_ones_come_first(
+    study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Not what is done, failed or submitted; begun points first; tasks share them evenly."""
     record(study, 0, "finished")
     record(study, 1, "failed", reason="ERROR: lost atoms")
@@ -157,7 +159,7 @@ sys.exit(task.main([sys.argv[1], "0"]))
     assert study.standing(study.points[0]).status == (DONE if points == "finished" else WAITING)
 
 
-def test_standings(study: Study, commands: Commands) -> None:
+def test_standings_are_those_of_the_queue(study: Study, commands: Commands) -> None:
     slurm.submit(study, Profile(ranks=2))
     states = ["RUNNING|None", "PENDING|Resources", "TIMEOUT|TimeLimit", "CANCELLED|None", "NODE_FAIL|None", "COMPLETED|None"]
     lines = [f"17|{k}|{state}" for k, state in enumerate(states)]
@@ -192,7 +194,9 @@ def test_what_squeue_forgot_is_asked_of_the_accounting(study: Study, commands: C
     assert [str(one.reason).split(";")[0] for one in found[:2]] == [slurm.ENDED["TIMEOUT"], "cancelled"]
     assert "it was killed, or its node failed; job 17_4" in str(found[4].reason)
     commands.set(sacct=ACCOUNTING_OFF)
-    assert all("Slurm knows its job no more" in str(one.reason) for k, one in enumerate(slurm.standings(study)[0]) if k != 5)
+    for k, one in enumerate(slurm.standings(study)[0]):
+        if k != 5:
+            assert "Slurm knows its job no more" in str(one.reason), k
 
 
 def test_a_run_of_this_machine_needs_no_job(study: Study, commands: Commands) -> None:
@@ -211,7 +215,7 @@ def test_a_run_of_this_machine_needs_no_job(study: Study, commands: Commands) ->
         ("exec sleep 60", "gave no answer in 0 s; look with 'squeue --me'"),
     ],
 )
-def test_a_refusal_leaves_nothing(
+def test_a_refused_submission_leaves_nothing(
     body: str, words: str, study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(slurm, "PATIENCE", 0.3 if "sleep" in body else slurm.PATIENCE)
@@ -234,7 +238,7 @@ def test_nothing_is_submitted_twice_when_slurm_is_silent(study: Study, commands:
     assert not live
 
 
-def test_other_faults(study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_faults_of_the_commands_are_named(study: Study, commands: Commands, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="job arrays are written for slurm"):
         slurm.submit(study, Profile(scheduler="pbs"))
     slurm.submit(study, Profile())

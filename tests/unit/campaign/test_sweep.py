@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import HealthCheck, given, settings
+from drawn import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from workflow.campaign.study import (
@@ -37,7 +38,7 @@ from workflow.scene.registry import SCENES, scene_from
 SMALL = {"scene": "method1", "fixed": {"n": 60, "cohesion": False}}
 
 
-def test_every_combination_once() -> None:
+def test_every_combination_is_a_point_once() -> None:
     points = points_of({**SMALL, "grid": {"mu": [0.1, 0.2, 0.3], "rolling": [True, False]}, "seeds": 4})
     expected = {
         scene_from({"scene": "method1", "n": 60, "cohesion": False, "mu": mu, "rolling": rolling, "seed": seed}).digest
@@ -94,7 +95,7 @@ def test_what_is_wrong_is_said_with_what_is_allowed(declared: dict[str, Any], wo
     assert "study file" in str(caught.value)
 
 
-def test_unreadable_files(tmp_path: Path) -> None:
+def test_unreadable_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none.toml' cannot be read"):
         read_sweep(tmp_path / "none.toml")
     (tmp_path / "bad.toml").write_bytes(b"scene = \xff\n")
@@ -108,7 +109,7 @@ values = st.recursive(leaves, lambda part: st.lists(part, max_size=3) | st.dicti
 
 
 @given(st.dictionaries(names, values, max_size=4))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@examples(60)
 def test_any_toml_is_a_study_or_a_sentence(declared: dict[str, Any]) -> None:
     try:
         points = points_of(declared)
@@ -116,7 +117,7 @@ def test_any_toml_is_a_study_or_a_sentence(declared: dict[str, Any]) -> None:
         assert str(fault)
     else:
         assert points
-        assert all(point.scene.digest == point.digest for point in points)
+        assert [point.scene.digest for point in points] == [point.digest for point in points]
 
 
 def write_run(path: Path, digest: str, status: str, **more: Any) -> None:
@@ -134,7 +135,7 @@ def study(tmp_path: Path) -> Study:
     return made
 
 
-def test_standing_of_every_kind(study: Study) -> None:
+def test_a_point_stands_as_its_run_does(study: Study) -> None:
     point = study.points
     mine = {"pid": os.getpid(), "started": "2020-01-01T00:00:00Z"}
     write_run(study.directory(point[1]).path, point[1].digest, "finished", seconds=10.0)
@@ -156,7 +157,7 @@ def test_standing_of_every_kind(study: Study) -> None:
     assert "cannot be read" in (found[5].reason or "")
 
 
-def test_remaining_core_seconds() -> None:
+def test_remaining_core_seconds_follow_those_done() -> None:
     """Per grain and scene: 1400 grains of method1 took 14 s, so 700 take 7; heaps cost what all cost on the mean."""
 
     def point(scene: str, grains: int) -> Point:
@@ -239,7 +240,7 @@ def test_a_point_is_claimed_by_one_process(study: Study) -> None:
     assert other() == "[True, True]"  # the end of a process gives back what it had
 
 
-def test_no_study_and_a_damaged_one(tmp_path: Path) -> None:
+def test_no_study_and_a_damaged_one_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is no study"):
         Study.open(tmp_path)
     (tmp_path / "points.json").write_text('[{"digest": 1}]')

@@ -59,7 +59,8 @@ def test_value_equal_to_the_default_changes_nothing() -> None:
 def test_template_and_scene_must_agree(values: dict[str, str | float], words: list[str]) -> None:
     with pytest.raises(InputError) as fault:
         fill(TEMPLATE, values)
-    assert all(word in str(fault.value) for word in words)
+    for word in words:
+        assert word in str(fault.value)
 
 
 @pytest.mark.parametrize(
@@ -93,7 +94,8 @@ def test_rest_of_the_deck_is_the_template(scene: Scene) -> None:
     assert not [line for line in deck if line.startswith("include ")]
     assert len(deck) == len(template)
     changed = [old for old, new in zip(template, deck, strict=True) if old != new]
-    assert all(re.match(r"variable\s+\w+\s+index\s", line) for line in changed)
+    for line in changed:
+        assert re.match(r"variable\s+\w+\s+index\s", line)
 
 
 def test_values_are_those_of_the_stored_reference() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from workflow.data.frame import Contacts, Floats, Frame
+from workflow.measures.synthetic import ballistic_aggregate
 
 TOUCH = -1e-12  # gap of a contact that carries no force
 
@@ -132,3 +135,11 @@ def together(*frames: Frame, apart: float = 20.0) -> Frame:
     branch = np.concatenate([f.contacts.branch for f in frames])
     diameter = np.concatenate([f.diameter for f in frames])
     return frame_of(position, diameter, 1000.0, i, j, branch)
+
+
+@cache
+def aggregate(grains: int, seed: int) -> Floats:
+    """Centres of a ballistic aggregate; several tests look at the same ones, do not change them."""
+    centres = ballistic_aggregate(grains, np.random.default_rng(seed))
+    centres.flags.writeable = False
+    return centres

@@ -72,7 +72,7 @@ def disordered(seed, grains=40, links=70):
     return replace(frame, velocity=rng.normal(size=(grains, 2)), spin=rng.normal(size=grains))
 
 
-def test_triangular_lattice():
+def test_triangular_lattice_has_the_known_measures():
     r, force = 1 - 1e-3, 0.3
     frame = triangular(force)
     result = measure(frame, force_unit=1.0, targets=(np.sqrt(3) * force / r, None))
@@ -89,7 +89,7 @@ def test_triangular_lattice():
     assert result["rumpf_ratio"] == pytest.approx(r, abs=EPS)  # eq. 16 neglects the overlap 1e-3
 
 
-def test_square_lattice():
+def test_square_lattice_has_the_known_measures():
     result = measure(square(0.3), force_unit=1.0, energy_residual=1e-9, equilibrated=True)
     assert result["coordination"] == 4 and result["neighbour_shares"][4] == 1
     assert [result["stress"][k] for k in ("xx", "yy", "xy")] == pytest.approx([0.3, 0.3, 0], abs=EPS)
@@ -109,7 +109,7 @@ def test_measures_are_json_with_stable_keys():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_brute_force_twins(seed):
+def test_measures_agree_with_their_brute_force_twins(seed):
     frame = disordered(seed)
     c = frame.contacts
     sigma, net, moment, z = np.zeros((2, 2)), np.zeros((40, 2)), np.zeros(40), np.zeros(40)
@@ -237,13 +237,13 @@ def test_relabelling_and_translation_change_nothing():
     np.testing.assert_allclose(after, before, rtol=1e-10, atol=1e-10)  # the order of summation
 
 
-def test_a_frame_without_interactions():
+def test_a_frame_without_interactions_is_measured():
     result = measure(chain([], grains=3), force_unit=1.0)
     assert (result["coordination"], result["coordination_backbone"], result["rattler_fraction"]) == (0, 0, 1)
     assert result["rumpf_ratio"] is None
 
 
 @pytest.mark.parametrize("unit", [0.0, -1.0, float("nan")])
-def test_bad_force_unit(unit):
+def test_a_force_unit_that_is_not_positive_is_refused(unit):
     with pytest.raises(InputError, match="force_unit"):
         measure(square(), force_unit=unit)

@@ -68,7 +68,7 @@ def test_square_lattice_slides_along_its_lines(side):
 
 
 @pytest.mark.parametrize("grains", [2, 7, 40])
-def test_chains(grains):
+def test_chains_have_the_counted_modes(grains):
     """An open chain is isostatic or floppy.  A closed one carries its axial force, with rolling resistance a bending
     moment too; the shear force would need unequal moments and is out.
     """
@@ -247,7 +247,7 @@ def test_a_network_at_the_edge_of_singularity_is_refused():
         rigidity(frame, law=LAW, friction=False)
 
 
-def test_messages():
+def test_unusable_networks_are_named():
     frame = row(3)
     with pytest.raises(InputError, match="rolling resistance needs rotations"):
         rigidity(frame, law=LAW, friction=False, rolling=True)

@@ -156,7 +156,7 @@ def test_lanczos_gives_the_lowest_modes_beyond_the_mechanisms(solid):
     np.testing.assert_allclose(lowest.participation, dense.participation[zero : zero + 20], rtol=1e-6)
 
 
-def test_messages():
+def test_unusable_input_is_named():
     frame = strip(10)
     with pytest.raises(InputError, match="count: 28, but 30 degrees of freedom hold 3 mechanisms; give 1 to 26"):
         vibrations(frame, law=LAW, count=28)

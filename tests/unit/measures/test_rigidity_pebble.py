@@ -52,7 +52,7 @@ def test_clusters_are_the_largest_sets_that_move_as_one(seed):
     np.testing.assert_array_equal(label[:, None] == label[None, :], together)
 
 
-def test_small_clusters():
+def test_small_clusters_are_those_known():
     clusters = rigid_clusters(together(row(3), double_triangle(), strip(30)))
     np.testing.assert_array_equal(clusters.sizes, [30, 4, 1, 1, 1])
     np.testing.assert_array_equal(clusters.redundant, [2 * 57 - 87, 1, 0, 0, 0])
@@ -83,6 +83,6 @@ def test_sample_of_the_paper_in_a_blink():
     assert rigid_clusters(frame).redundant.sum() == rigidity(frame, law=ContactLaw(1.0, 1.0)).hyperstaticity
 
 
-def test_no_grains():
+def test_a_frame_without_grains_is_refused():
     with pytest.raises(InputError, match="0 grains"):
         rigid_clusters(frame_of(np.zeros((0, 2)), 1.0, 1.0, [], [], []))

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from networks import aggregate
 
 from workflow.data.build import make_frame, touching_pairs
 from workflow.errors import InputError
@@ -37,16 +38,11 @@ def test_who_meets_in_free_flight():
 def test_size_grows_with_mass_as_published():
     """N ~ R_g^d_F between 64 and 1024 discs; published d_F = 1.55 +- 0.02 (G07 refs. 39, 89).
 
-    R_g scatters by 15 %, so 3 % per point of 24 and 0.03 on the slope: 0.1 is three of those.  With 200 aggregates of each
-    size: docs/results/fractals.md.
+    R_g scatters by 15 %, so 3 % per point of 20 and 0.03 on the slope: 0.1 is three of those.  With 200 aggregates of each
+    size: validation/fractals.
     """
     mass = 2 ** np.arange(6, 11)
-    radii = [
-        np.mean(
-            [0.5 * np.log((ballistic_aggregate(int(n), np.random.default_rng(s)) ** 2).sum(axis=1).mean()) for s in range(24)]
-        )
-        for n in mass
-    ]
+    radii = [np.mean([0.5 * np.log((aggregate(int(n), seed) ** 2).sum(axis=1).mean()) for seed in range(20)]) for n in mass]
     assert 1 / np.polyfit(np.log(mass), radii, 1)[0] == pytest.approx(1.55, abs=0.1)
 
 

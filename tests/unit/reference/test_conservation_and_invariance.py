@@ -82,7 +82,7 @@ def moved(discs: Discs, matrix: np.ndarray, shift: tuple[float, float] = (0.0, 0
 
 @pytest.mark.parametrize("law", [FULL, LAWS["stiff"]], ids=["full", "stiff"])
 @pytest.mark.parametrize("matrix", [[[0, -1], [1, 0]], [[1, 0], [0, -1]], [[0.6, -0.8], [0.8, 0.6]]])
-def test_rotation_reflection_and_shift(law: CohesiveLaw, matrix: list[list[float]]) -> None:
+def test_rotation_reflection_and_shift_move_the_trajectory_along(law: CohesiveLaw, matrix: list[list[float]]) -> None:
     turn = np.array(matrix, dtype=float)
     plain = run_collision(law, rows=5)
     other = run_collision(law, moved(collision(), turn, shift=(0.25, -0.5)), rows=5)
@@ -91,7 +91,7 @@ def test_rotation_reflection_and_shift(law: CohesiveLaw, matrix: list[list[float
     np.testing.assert_allclose(other.spin, plain.spin * np.linalg.det(turn), rtol=0.0, atol=1e-8)
 
 
-def test_relabelling() -> None:
+def test_relabelling_changes_no_motion() -> None:
     order = [2, 0, 3, 1]
     plain, other = run_collision(FULL, rows=5), run_collision(FULL, relabelled(collision(), order), rows=5)
     # only the order of sums differs

@@ -80,7 +80,7 @@ def test_small_oscillation_about_equilibrium() -> None:
 
 @pytest.mark.parametrize("diameters", [(1.0, 1.0), (1.0, 0.5)])
 @pytest.mark.parametrize("start", ["opening", "equilibrium"])
-def test_escape_threshold(start: str, diameters: tuple[float, float]) -> None:
+def test_a_pair_escapes_above_the_threshold_alone(start: str, diameters: tuple[float, float]) -> None:
     """m* v^2/2 must exceed the work of the tail F0 D0/2 (v at h = 0), plus F0^2/(2 K_N) from the equilibrium overlap.
 
     For unit masses and v at h = 0 this is G07 eq. 7: the *relative* receding velocity when the contact opens is

@@ -51,7 +51,7 @@ CASES: list[tuple[Callable[[], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "message"), CASES, ids=[message for _, message in CASES])
-def test_refusals(call: Callable[[], object], message: str) -> None:
+def test_values_out_of_range_are_refused(call: Callable[[], object], message: str) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         call()
 

@@ -10,7 +10,7 @@ import pytest
 
 from workflow.cli.options import command_line
 
-RESULTS = Path(__file__).parents[3] / "docs" / "results"
+RESULTS = Path(__file__).parents[3] / "validation"
 FOLDER = re.compile(r"(?<![\w.~/])/(?:home|root|tmp|usr|var|opt|mnt|work|scratch|Users)/\w")
 
 

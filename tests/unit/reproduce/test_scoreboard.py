@@ -53,7 +53,7 @@ def test_every_entry_of_a_paper_makes_sense(name: str, quick: bool) -> None:
     paper = read_paper(name, quick=quick)
     for number in paper.numbers:
         known = [number.value, number.low, number.high]
-        assert any(value is not None for value in known)
+        assert set(known) != {None}, known
         assert number.error is None or number.error > 0
         assert number.measure or number.reason, f"{number} can neither be measured nor says why"
         if number.case.options:
@@ -106,7 +106,7 @@ def test_tables_that_share_runs_compute_them_once() -> None:
     assert len(both) == 22 + 3  # and the tree-like aggregates
 
 
-def test_selection() -> None:
+def test_tables_and_figures_are_chosen_by_name() -> None:
     paper = read_paper("gilabert2007")
     numbers, drawings = paper.chosen(["6"], None)
     assert {n.case.where[0] for n in numbers} == {"6"}
@@ -239,7 +239,7 @@ def test_a_missing_uncertainty_is_that_of_the_other_side() -> None:
         (0.5, None, 0.4, 0.1, -1.0, AGREES),
     ],
 )
-def test_bounds(low: Any, high: Any, ours: float, error: Any, difference: Any, verdict: str) -> None:
+def test_bounds_are_judged_by_their_side(low: Any, high: Any, ours: float, error: Any, difference: Any, verdict: str) -> None:
     row = judge(printed(low=low, high=high), Ours(ours, error, 2, 2, 2))
     assert row.verdict == verdict
     assert row.difference == (None if difference is None else pytest.approx(difference))

@@ -111,14 +111,14 @@ def test_cut_off_result_is_none(run: RunDirectory) -> None:
     assert run.result() == {}
 
 
-def test_step_in_a_restart_file(tmp_path: Path) -> None:
+def test_the_step_in_a_restart_file_is_read(tmp_path: Path) -> None:
     file = tmp_path / "checkpoint.1.a"
     file.write_bytes(HEAD + struct.pack("<q", 123_456_789_012) + bytes(100))
     assert step_of(file) == 123_456_789_012
 
 
 @pytest.mark.parametrize("content", [b"", b"LammpS", b"text " * 100, HEAD[:40], HEAD, bytes(600)])
-def test_file_that_is_no_restart_file(content: bytes, tmp_path: Path) -> None:
+def test_a_file_that_is_no_restart_file_is_no_checkpoint(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "checkpoint.1.a").write_bytes(content)
     assert step_of(tmp_path / "checkpoint.1.a") is None
     assert newest(tmp_path) is None
@@ -132,7 +132,7 @@ def checkpoint(folder: Path, name: str, step: int, content: bytes = bytes(100)) 
     return file
 
 
-def test_newest_checkpoint(tmp_path: Path) -> None:
+def test_the_newest_whole_checkpoint_is_chosen(tmp_path: Path) -> None:
     for name, step in {"1.a": 100, "1.b": 300, "2.a": 300}.items():
         checkpoint(tmp_path, name, step)
     checkpoint(tmp_path, "2.end", 900)  # written because the run was asked to stop: not part of its course
@@ -179,7 +179,7 @@ def test_unfinished_and_overwritten_checkpoints_have_no_valid_seal(tmp_path: Pat
     assert json.loads((tmp_path / "checkpoint.1.a.json").read_text())["step"] == 300
 
 
-def test_cut_back_of_the_series(run: RunDirectory) -> None:
+def test_a_series_is_cut_back_to_its_checkpoint(run: RunDirectory) -> None:
     write_series(run, np.ones(10))
     with open(run / "series.txt", "a") as file:
         file.write("# " + " ".join(COLUMNS) + "\n100 5 1")
@@ -191,7 +191,7 @@ def test_cut_back_of_the_series(run: RunDirectory) -> None:
     assert series["step"].tolist() == [0, 10, 20, 30, 40]
 
 
-def test_cut_back_to_nothing(run: RunDirectory) -> None:
+def test_a_series_cut_back_to_nothing_is_empty(run: RunDirectory) -> None:
     write_series(run, np.ones(3))
     Start(None, Parts(run.path), []).cut_back()
     assert run.series() is None
@@ -222,7 +222,9 @@ class Terminal(io.StringIO):
 
 
 @pytest.mark.parametrize("kind", [Terminal, io.StringIO])
-def test_progress(kind: type[io.StringIO], run: RunDirectory, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_shows_state_and_time_left(
+    kind: type[io.StringIO], run: RunDirectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(watch, "LINE_INTERVAL", 0.0)
     monkeypatch.setattr(watch, "PLAIN_INTERVAL", 0.0)
     out = kind()

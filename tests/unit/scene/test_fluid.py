@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from drawn import examples
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -60,9 +61,9 @@ def measured_pressure(discs: Discs, gap: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize(("solid_fraction", "smallest"), [(0.13, 0.5), (0.36, 0.5), (0.5244, 0.5), (0.55, 0.2), (0.5, 1.0)])
 def test_pressure_is_that_of_hard_discs(solid_fraction: float, smallest: float) -> None:
-    """Within three standard errors (of about 1 %) and 1 % for the theories, which are not exact."""
+    """Within three standard errors (of about 2.5 %) and 1 % for the theories, which are not exact."""
     rng, gap = np.random.default_rng(21), 0.01
-    discs = fluid(diameters(20_000, smallest, rng), solid_fraction, gap, rng)
+    discs = fluid(diameters(10_000, smallest, rng), solid_fraction, gap, rng)
     reach = discs.diameter + gap
     expected = pressure(reach, float(np.pi / 4 * np.sum(reach**2) / np.prod(discs.cell)))
     found, error = measured_pressure(discs, gap)
@@ -84,6 +85,7 @@ def neighbours(position: np.ndarray, diameter: np.ndarray, length: float) -> lis
     return [len(one) / len(diameter), float(np.mean(one * other)), float(np.mean(one + other)) / 2]
 
 
+SAMPLES, DISCS = 6, 700  # enough for a start to differ by more than six standard errors, as the test states
 START = ["addition by size", "addition in random order", "lattice"]
 
 
@@ -96,12 +98,12 @@ def begin(how: str, size: np.ndarray, rng: np.random.Generator) -> Discs:
 
 @pytest.fixture(scope="module")
 def fluids() -> np.ndarray:
-    return np.array([neighbours(d.position, d.diameter, d.cell[0]) for d in (fluid_of(seed) for seed in range(10))])
+    return np.array([neighbours(d.position, d.diameter, d.cell[0]) for d in (fluid_of(seed) for seed in range(SAMPLES))])
 
 
 def fluid_of(seed: int) -> Discs:
     rng = np.random.default_rng(seed)
-    return fluid(diameters(1400, 0.5, rng), 0.45, 0.0, rng)
+    return fluid(diameters(DISCS, 0.5, rng), 0.45, 0.0, rng)
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -112,11 +114,11 @@ def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("how", START)
 def test_the_start_is_forgotten(how: str, fluids: np.ndarray) -> None:
-    """Ten samples of 1400: near pairs and the sizes in them within four standard errors; none of the starts is before."""
+    """Six samples of 700: near pairs and the sizes in them within four standard errors; none of the starts is before."""
     before, after = [], []
-    for seed in range(10):
+    for seed in range(SAMPLES):
         rng = np.random.default_rng(100 + seed)
-        start = begin(how, diameters(1400, 0.5, rng), rng)
+        start = begin(how, diameters(DISCS, 0.5, rng), rng)
         length = float(start.cell[0])
         mixed = equilibrate(start.position, start.diameter, 0.0, length, rng)
         before.append(neighbours(start.position, start.diameter, length))
@@ -125,7 +127,7 @@ def test_the_start_is_forgotten(how: str, fluids: np.ndarray) -> None:
     assert apart(np.array(after), fluids).max() < 4.0
 
 
-@settings(max_examples=25, deadline=None)
+@examples(12)
 @given(
     count=st.integers(4, 60),
     fraction=st.floats(1e-3, 0.6),
@@ -186,6 +188,7 @@ def test_both_methods_start_from_the_same_fluid_of_the_same_sizes() -> None:
         assert np.array_equal(np.sort(Method1(n=100, initial=other).discs().diameter), np.sort(one.diameter))
 
 
+@pytest.mark.engine  # a compiler
 @pytest.mark.parametrize("options", [["-O0"], ["-O3", "-march=native"]])
 def test_every_build_gives_the_same_bytes(options: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiler = shutil.which("c++")

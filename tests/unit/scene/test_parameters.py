@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from drawn import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from workflow.deck.template import render
@@ -149,7 +150,7 @@ values = names.flatmap(
 
 
 @given(st.lists(values, max_size=6))
-@settings(max_examples=250, deadline=None)
+@examples(100)
 def test_any_mapping_gives_a_scene_that_renders_or_an_input_error(chosen: list[tuple[str, Any]]) -> None:
     try:
         scene = scene_from({"scene": "method1", **dict(chosen)})
@@ -193,7 +194,7 @@ toml_texts = st.one_of(
 
 
 @given(toml_texts)
-@settings(max_examples=200, deadline=None)
+@examples(100)
 def test_any_text_gives_a_scene_or_an_input_error(text: str) -> None:
     path = _scratch / "scene.toml"
     path.write_bytes(text.encode("utf-8", "surrogatepass"))
@@ -220,7 +221,7 @@ scenes = st.fixed_dictionaries({}, optional={name: allowed(name) for name in sor
 
 
 @given(scenes)
-@settings(max_examples=100, deadline=None)
+@examples(50)
 def test_toml_round_trip(chosen: dict[str, Any]) -> None:
     try:
         scene = scene_from({"scene": "method1", **chosen})
@@ -258,7 +259,7 @@ def test_step_follows_the_stiffness(mu: float) -> None:
 
 
 @given(scenes)
-@settings(max_examples=100, deadline=None)
+@examples(50)
 def test_step_stays_stable(chosen: dict[str, Any]) -> None:
     """Below a quarter of the period of two smallest discs on a spring: m* = m/2, omega^2 = 2 K_N/m."""
     try:

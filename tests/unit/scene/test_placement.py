@@ -10,6 +10,7 @@ from scipy import stats
 
 from workflow.data.discs import Discs, strips
 from workflow.errors import InputError
+from workflow.scene import placement
 from workflow.scene.method1 import Method1
 from workflow.scene.placement import cell_length, diameters, place
 
@@ -88,8 +89,17 @@ def one_by_one(diameter: np.ndarray, solid_fraction: float, gap: float, rng: np.
         (150, 0.35, 0.05, 0.0, False),
     ],
 )
-def test_cells_change_nothing(count: int, phi: float, smallest: float, gap: float, by_size: bool) -> None:
+def test_cells_change_nothing(
+    count: int,
+    phi: float,
+    smallest: float,
+    gap: float,
+    by_size: bool,
+    product_proposals: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The same bytes as without them: published results name seeds."""
+    monkeypatch.setattr(placement, "_PROPOSALS", product_proposals)
     found, expected = (
         method(diameters(count, smallest, rng), phi, gap, rng, by_size=by_size)
         for method in (place, one_by_one)

@@ -107,6 +107,7 @@ def test_differences_are_taken_seed_by_seed() -> None:
 
 
 @needs("liggghts")
+@pytest.mark.engine
 def test_liggghts_computes_the_law_of_lammps() -> None:
     """Without friction the laws are one and the same: to rounding that of `granular`, to the scheme's first order ours."""
     head_on, two = [case for case in few_cases(4) if case.law.mu == 0.0]
@@ -131,6 +132,7 @@ def test_lever_arms_make_the_difference_in_friction() -> None:
         assert rows[stiff.name, name] < 0.3 * rows[soft.name, name]
 
 
+@pytest.mark.engine
 @pytest.mark.parametrize("name", [pytest.param(name, marks=needs(name)) for name in PEERS])
 def test_cells_shrink_alike(name: str, tmp_path: Path) -> None:
     """The same gas under the same stress: while few discs have met, the cell of G07 eq. 3 moves alike in every engine.

@@ -46,6 +46,7 @@ def test_estimate_grows_as_grains_and_edges_do() -> None:
     assert large.memory_GB - quarter.memory_GB == pytest.approx(800.0 * (500_000 - 125_000) / 1e9)
 
 
+@pytest.mark.engine
 def test_every_stage_of_a_small_scene_is_measured(tmp_path: Path) -> None:
     folder, n = tmp_path / "gas", 300
     rows = part("gas", folder, n, 50) + part("run", folder, n, 1)
@@ -67,6 +68,7 @@ def test_every_stage_of_a_small_scene_is_measured(tmp_path: Path) -> None:
     estimate(list(found.values()), 1000, 4, 1.0)
 
 
+@pytest.mark.engine
 def test_a_stage_that_fails_says_why(tmp_path: Path) -> None:
     with pytest.raises(EngineError, match=r"is no run directory|does not exist"):
         part("measure", tmp_path / "nowhere", 10)

@@ -28,6 +28,7 @@ from workflow.verification.stability import (
 SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
 
 
+@pytest.mark.engine
 @pytest.mark.parametrize(
     ("verdict", "words", "setting"),
     [
@@ -43,13 +44,13 @@ SMALL = {"n": 20, "cohesion": False, "kappa": 1e3}
         (REFUSED, "step = ", poured(steps_per_period=5.0)),
     ],
 )
-def test_verdict(verdict: str, words: str, setting: Callable[[], Setting | Heap]) -> None:
+def test_verdict_follows_residual_overlap_and_refusal(verdict: str, words: str, setting: Callable[[], Setting | Heap]) -> None:
     found = judge(Trial("case", 0.0, setting), VARIANTS[0], 20_000)
     assert found.verdict == verdict, found
     assert words in found.reason
 
 
-def test_map_and_page(tmp_path: Path) -> None:
+def test_map_and_page_hold_every_case(tmp_path: Path) -> None:
     rows = [Verdict("kappa", 10.0 * k, "exact", name, "why") for k, name in enumerate((STABLE, INACCURATE, UNSTABLE, REFUSED))]
     write_stability(tmp_path, rows, "wf stability")
     assert (tmp_path / "stability.csv").read_text().count("\n") == 5

@@ -17,8 +17,7 @@ from workflow.deck.template import templates
 from workflow.measures.clusters import aggregates
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import engine
-from workflow.scene.heap import Heap
-from workflow.scene.registry import Packed
+from workflow.scene.packing import Packing
 
 Whole = tuple[Path, float]
 STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]
@@ -29,9 +28,9 @@ def archive(whole: Whole) -> Archive:
     return Archive(whole[0] / "run.h5")
 
 
-def read_scene(whole: Whole) -> Packed:
+def read_scene(whole: Whole) -> Packing:
     scene = RunDirectory.open(whole[0]).scene
-    assert not isinstance(scene, Heap)
+    assert isinstance(scene, Packing)
     return scene
 
 

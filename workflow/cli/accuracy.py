@@ -71,8 +71,9 @@ def _words(row: dict[str, Any]) -> str:
 def write(out: Path, few: list[Few], many: list[Many], wanted: float, words: str) -> None:
     """Tables, figures and the page."""
     from workflow.reports.study_page import write_page
-    from workflow.verification.accuracy_figures import few_figure, many_figure  # matplotlib is slow to import
+    from workflow.verification.figures import FIGURES
 
+    few_figure, many_figure = (FIGURES["accuracy"][name].draw for name in ("few", "packings"))
     slopes, steps = orders(few), recommend(few, wanted)
     write_csv(out / "accuracy.csv", few)
     write_csv(out / "packings.csv", many)

@@ -13,13 +13,12 @@ from typing import Any, TypeVar
 from workflow.archive.read import Archive
 from workflow.cli.options import command, whole_number
 from workflow.cli.run import add_oversubscribe
-from workflow.cli.sources import archived
 from workflow.data.table import write_csv
 from workflow.errors import InputError
+from workflow.pipeline.archived import archived
 from workflow.pipeline.collect import ARCHIVE
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import check_room, engine
-from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.verification.bench import ENGINES, PROGRAMS, STATES, State, Timing, bench, missing, own_states
 from workflow.verification.bench_states import of_frame
@@ -95,7 +94,8 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
         raise InputError("--n and --state are for states that are made; leave them out or leave out DIR")
     directory = RunDirectory.open(arguments.directory)
     scene = directory.scene
-    if isinstance(scene, Heap) or scene.cohesion:
+    law = scene.law_of(list(scene.stages.values())[-1])
+    if law is None or scene.cohesive:
         raise InputError(
             f"'{directory.path}' is no packing without cohesion, what LAMMPS's own styles can hold together; "
             "give a run made with --no-cohesion"
@@ -103,7 +103,6 @@ def _given(arguments: argparse.Namespace) -> tuple[list[tuple[str, State]], dict
     archived(directory)
     with Archive(directory / ARCHIVE) as archive:
         discs = of_frame(archive.frame(-1))
-    law = scene.law_in_units
     common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": scene.step_choice.step}
     return [(directory.path.name, lambda folder: discs)], common
 

@@ -94,17 +94,17 @@ def _scenes(arguments: argparse.Namespace) -> list[Method1]:
 
 def _write(out: Path, few: Sequence[Few], made: Sequence[Result]) -> None:
     """Tables and figures."""
-    from workflow.verification.crosscheck_figures import few_figure, packing_figure  # matplotlib is slow to import
+    from workflow.verification.figures import FIGURES
 
     packed = [result.row for result in made]
 
     if few:
         write_csv(out / "few.csv", few)
-        few_figure(few, out / "few.png")
+        FIGURES["crosscheck"]["few"].draw(few, out / "few.png")
     if packed:
         write_csv(out / "packings.csv", packed)
         write_csv(out / "means.csv", means(packed))
-        packing_figure(made, out / "packings.png")
+        FIGURES["crosscheck"]["packings"].draw(made, out / "packings.png")
 
 
 def few_table(rows: Sequence[Few]) -> list[str]:

@@ -1,10 +1,9 @@
-"""Dumps of other programs on the command line: what the user says of them, and their measures."""
+"""Dumps of other programs on the command line: what the user says of them."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +13,8 @@ from workflow.archive.columns import Reading
 from workflow.archive.samples import Files
 from workflow.data.frame import Frame
 from workflow.errors import InputError
-from workflow.measures.contacts import measure, stress_parts
 from workflow.measures.network import Springs
-from workflow.measures.registry import Constants, attempt, measure_groups, slipping
+from workflow.measures.registry import Constants
 
 OPTIONS = ("window", "spacing")  # of the command line that are fields of Constants
 
@@ -29,18 +27,6 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
         if not 0 <= low < high:
             raise InputError(f"--window {low:g} {high:g} is not allowed: it must ascend from 0 or more")
     return given
-
-
-def measures_of_dump(frame: Frame, law: Constants, groups: Sequence[str]) -> dict[str, Any]:
-    """The standard numbers with the two parts of the stress, the groups, and the notes."""
-    numbers = measure(frame, force_unit=law.force_unit, tolerance=law.tolerance)
-    numbers["stress"] |= stress_parts(frame)
-    sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
-    time = None if "time" in frame.lacks else frame.time
-    found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, law, groups)
-    if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):
-        found["rigidity"]["slipping"] = attempt(lambda: slipping(frame, law))
-    return found | {"time": time, "step": frame.step, "notes": list(frame.notes)}
 
 
 def reading_of(arguments: argparse.Namespace) -> Reading:

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from workflow.errors import InputError
+from workflow.scene.base import Scene
 from workflow.scene.parameter import Quantity, quantity_of
-from workflow.scene.registry import SCENES, Scene, read_toml, scene_from
+from workflow.scene.registry import SCENES, read_toml, scene_from
 
 
 def command(commands: Any, name: str, summary: str, examples: str, *, action: Any) -> argparse.ArgumentParser:

@@ -9,23 +9,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from workflow.archive.read import Archive
 from workflow.campaign.local import Outcome
-from workflow.campaign.measured import frame_index, law_of
-from workflow.campaign.study import Point, Study
-from workflow.cli.assembling import TOGETHER
+from workflow.campaign.study import Study
 from workflow.cli.deck import job_of
 from workflow.cli.options import command, command_line
 from workflow.cli.sweep import add_jobs, carry_out, check_jobs, declare_and_adopt, ended, plan, send
 from workflow.errors import InputError, WorkflowError
-from workflow.pipeline.heap import ground
+from workflow.reproduce.figures import draw
 from workflow.reproduce.papers import Drawing, Paper, papers, points_of, read_paper
 from workflow.reproduce.pool import Earlier, origin, read_earlier, take_figure
 from workflow.reproduce.readings import lines, read_readings, write_readings
 from workflow.reproduce.runs import provenance, rows, samples_of
 from workflow.reproduce.scoreboard import Row, counts, sections, texts, write
-from workflow.runs.directory import ARCHIVE
-from workflow.scene.heap import Heap
 
 EXAMPLES = """
 wf reproduce gilabert2007 --quick --jobs 2           everything in minutes, at a small size: does it work here?
@@ -216,35 +211,7 @@ def _draw(study: Study, drawing: Drawing, folder: Path, row: dict[str, str]) -> 
     _say(f"drawing figure {drawing.number}")
     (folder / "figures").mkdir(exist_ok=True)
     try:
-        _plot(study, drawing, points, names, folder / name)
+        draw(drawing, [(study.directory(point), stage) for point, stage in points], names, folder / name)
     except WorkflowError as fault:
         return row | {"trouble": str(fault)}
     return row | {"file": name}
-
-
-def _plot(study: Study, drawing: Drawing, points: Sequence[tuple[Point, str | None]], names: Sequence[str], path: Path) -> None:
-    """Draw by the kind of `wf plot`."""
-    from workflow.reports import heap  # matplotlib is slow to import
-    from workflow.reports.registry import PLOTS
-    from workflow.reproduce.sketches import SKETCHES
-
-    kind = drawing.plot
-    if kind in SKETCHES:
-        SKETCHES[kind]([path])
-        return
-    directories = [study.directory(point) for point, _ in points]
-    if kind in TOGETHER:
-        TOGETHER[kind]([directory.path for directory in directories], [path], names)
-        return
-    frames = []
-    for directory, (_, stage) in zip(directories, points, strict=True):
-        number = frame_index(directory, stage)
-        with Archive(directory / ARCHIVE) as archive:
-            frames.append(archive.frame(number if drawing.time is None else archive.nearest(drawing.time)))
-    scene = directories[0].scene
-    if isinstance(scene, Heap):
-        kinds = {"heap": heap.snapshot, "vectors": heap.vectors, "forces": heap.forces, "maps": heap.maps}
-        kinds[kind](frames[0], ground(scene), [path])
-        return
-    laws = [law_of(directory, stage) for directory, (_, stage) in zip(directories, points, strict=True)]
-    PLOTS[kind].draw([(frame, law) for frame, law in zip(frames, laws, strict=True) if law is not None], [path])

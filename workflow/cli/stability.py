@@ -50,10 +50,10 @@ def action(arguments: argparse.Namespace) -> int:
 def write(out: Path, found: list[Verdict], words: str) -> None:
     """Table, map and page."""
     from workflow.reports.study_page import write_page
-    from workflow.verification.stability_figures import stability_map  # matplotlib is slow to import
+    from workflow.verification.figures import FIGURES
 
     write_csv(out / "stability.csv", found)
-    stability_map(found, out / "stability.png")
+    FIGURES["stability"]["map"].draw(found, out / "stability.png")
     text = (
         f"Every field is one run at the step of the step rule. {INACCURATE}: energy residual above {100 * RESIDUAL:g} % of the "
         f"energy that went through, overlap above {OVERLAP:g} of the smallest radius, or an unresolved tail. {UNSTABLE}: the "

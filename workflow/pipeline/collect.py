@@ -133,7 +133,7 @@ def measures_of_frames(
 
 def no_packing(directory: RunDirectory) -> str:
     """What is wrong with a run where one is needed that ends in a packing."""
-    return f"'{directory.path}' is a {directory.scene.name}, no packing in a periodic cell; give 'wf plot' the heap alone"
+    return f"'{directory.path}' is a {directory.scene.name}, no packing in a periodic cell; give runs that end in a packing"
 
 
 def constants_of(scene: Scene, law: Law, **options: Any) -> Constants:

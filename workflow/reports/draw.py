@@ -9,7 +9,7 @@ from workflow.data.notes import tell
 from workflow.errors import InputError
 from workflow.measures.alike import differing, in_words, kinds
 from workflow.pipeline.sources import Source
-from workflow.reports.registry import FRAMES, RUNS, Figure, Shown, figures_of
+from workflow.reports.registry import FIGURES, FRAMES, RUNS, Figure, Shown, figures_of
 
 
 def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Sequence[str]) -> Iterator[Path]:
@@ -19,7 +19,7 @@ def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Seque
     Raises InputError before anything is drawn for a name that the first source has not, for several sources of a figure of
     one, and for a frame that lacks what a figure needs.
     """
-    chosen = _chosen(figures_of(sources[0].figures), asked)
+    chosen = _chosen(sources[0], asked)
     alone = [name for name, figure in chosen.items() if not figure.several]
     if len(sources) > 1 and alone:
         raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
@@ -41,14 +41,17 @@ def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Seque
                 yield from paths
 
 
-def _chosen(known: dict[str, Figure], asked: str | None) -> dict[str, Figure]:
-    """The figures by name, in the order asked for."""
+def _chosen(source: Source, asked: str | None) -> dict[str, Figure]:
+    """The figures of ``source`` by name, in the order asked for."""
+    known = figures_of(source.figures)
     if asked is None:
         return {name: figure for name, figure in known.items() if figure.unasked}
     names = list(known) if asked == "all" else asked.split(",")
     for name in names:
         if name not in known:
-            raise InputError(f"--figure {name} is not known; choose from {', '.join(known)}, or all")
+            other = any(name in figures for figures in FIGURES.values())
+            what = f"shows nothing of '{source.name}'" if other else "is not known"
+            raise InputError(f"--figure {name} {what}; choose from {', '.join(known)}, or all")
     return {name: known[name] for name in names}
 
 

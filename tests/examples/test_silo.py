@@ -85,6 +85,8 @@ def test_kind_without_measures_is_named(silos: Path, tmp_path: Path) -> None:
     (tmp_path / "silo.py").write_text(text, encoding="utf-8")
     (tmp_path / "silo.in").write_text(SCENE.with_suffix(".in").read_text(encoding="utf-8"), encoding="utf-8")
     environment = {**os.environ, "WORKFLOW_SCENES": str(tmp_path / "silo.py")}
-    command = [sys.executable, "-m", "workflow.cli.main", "measure", "o4"]
-    done = subprocess.run(command, cwd=silos, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and "kind 'silo', which has no measures" in done.stderr
+    for words in (["measure", "o4"], ["run", "silo", "--n", "20", "--out", "other"]):
+        command = [sys.executable, "-m", "workflow.cli.main", *words]
+        done = subprocess.run(command, cwd=silos, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 2 and "kind 'silo', which has no measures" in done.stderr
+    assert not (silos / "other" / "series.txt").exists()

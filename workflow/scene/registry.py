@@ -46,8 +46,8 @@ def load_scenes() -> None:
             words = f"{type(fault).__name__}: {fault}"
             raise InputError(f"{SCENES_VARIABLE}: '{path}' gives no scenes ({words}); it must have a list SCENES") from fault
         for scene in found:
-            if not (isinstance(scene, type) and issubclass(scene, Scene) and scene.name and scene.template):
-                raise InputError(f"{SCENES_VARIABLE}: {scene!r} in '{path}' is no Scene with name and template")
+            if not (isinstance(scene, type) and issubclass(scene, Scene) and scene.name and scene.template and scene.kind):
+                raise InputError(f"{SCENES_VARIABLE}: {scene!r} in '{path}' is no Scene with name, template and kind")
             SCENES[scene.name] = scene
 
 

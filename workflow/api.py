@@ -11,7 +11,6 @@ Wrong input raises `InputError`, a `ValueError` whose message is one sentence; s
 from __future__ import annotations
 
 import math
-from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -28,17 +27,19 @@ from workflow.data.frame import Floats, Frame
 from workflow.errors import EngineError, InputError
 from workflow.measures.registry import chosen_groups, plain
 from workflow.pipeline import run as pipeline
+from workflow.pipeline import sources as pipeline_sources
 from workflow.pipeline.archived import archived
-from workflow.pipeline.collect import measures_of, settings_of
+from workflow.pipeline.collect import measures_of, no_packing, settings_of
 from workflow.pipeline.dumps import measures_of_dump, settings_of_dump
 from workflow.runs.directory import ARCHIVE, RunDirectory, default_directory
 from workflow.runs.installation import check_room, engine
+from workflow.scene.base import Scene
 from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.named import scene_named
-from workflow.scene.registry import Scene, load_scenes
+from workflow.scene.registry import load_scenes
 
 __all__ = [
     "Consolidation", "ContactLaw", "Frame", "Heap", "Method1", "Method2", "Run", "measure", "open", "plot", "report", "run",
@@ -161,19 +162,23 @@ def plot(source: Source, figure: str = "forces", out: str | PathLike[str] | None
     ``figure``: its name; ``out``: the file, of any format that matplotlib writes (None: FIGURE.png in the run directory).
     Raises InputError for a figure or a format that does not exist, or if the frame has not what the figure needs.
     """
-    from workflow.reports.registry import PLOTS  # matplotlib is slow to import
+    from workflow.reports.registry import FRAMES, Shown, figures_of  # matplotlib is slow to import
 
     opened = _opened(source)
-    if figure not in PLOTS:
-        raise InputError(f"figure '{figure}' is not known; choose from {', '.join(PLOTS)}")
-    scene = opened.scene
-    if isinstance(scene, Heap):
-        raise InputError(f"'{opened.directory}' is a heap, whose figures 'wf plot {opened.directory}' draws together")
-    shown = opened.frames[frame]
-    settings = settings_of(scene, scene.law_of(shown.stage))
-    PLOTS[figure].check(shown, settings)
+    known = figures_of(opened.scene.figures)
+    if figure not in known:
+        raise InputError(f"figure '{figure}' is not known; choose from {', '.join(known)}")
     path = opened.directory / f"{figure}.png" if out is None else _with_format(Path(out))
-    PLOTS[figure].draw([(shown, settings)], [path])
+    chosen = known[figure]
+    if chosen.of == FRAMES:
+        shown = opened.frames[frame]
+        law = opened.scene.law_of(shown.stage)
+        if law is None:
+            raise InputError(no_packing(opened._record))
+        chosen.check(shown)
+        chosen.draw([(shown, settings_of(opened.scene, law))], [path])
+    else:
+        chosen.draw([Shown(opened._record, opened.directory.name, frame)], [path])
     return path
 
 
@@ -192,11 +197,12 @@ def report(source: Source, out: str | PathLike[str] | None = None) -> Path:
 
     ``out``: the file (None: report.html in the run directory).  Raises InputError for a name that does not end in .html.
     """
-    from workflow.cli import report as page
+    from workflow.reports.registry import PAGE
+    from workflow.reports.sheets import write_page_of  # matplotlib is slow to import
 
     opened = _opened(source)
-    path = opened.directory / page.PAGE if out is None else Path(out)
-    page.write_page([opened.directory], path, Namespace(frame=-1, window=None, spacing=None))
+    path = opened.directory / PAGE if out is None else Path(out)
+    write_page_of([pipeline_sources.Run(opened.directory)], path, "workflow.report")
     return path
 
 

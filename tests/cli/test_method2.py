@@ -18,8 +18,7 @@ from workflow.deck.template import templates
 from workflow.measures.clusters import aggregates
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import engine
-from workflow.scene.heap import Heap
-from workflow.scene.registry import Packed
+from workflow.scene.packing import Packing
 
 Whole = tuple[Path, float]
 STAGES = ["aggregate", "relax", "free", "stiffen", "load", "settle"]
@@ -30,9 +29,9 @@ def archive(whole: Whole) -> Archive:
     return Archive(whole[0] / "run.h5")
 
 
-def read_scene(whole: Whole) -> Packed:
+def read_scene(whole: Whole) -> Packing:
     scene = RunDirectory.open(whole[0]).scene
-    assert not isinstance(scene, Heap)
+    assert isinstance(scene, Packing)
     return scene
 
 
@@ -129,8 +128,9 @@ def test_figures_of_assembling_are_drawn(whole: Whole, packing: Path, wf: Wf, tm
     names = {"density.png", "density.svg", "pores.png", "agitation.png"}
     assert {file.name for file in (tmp_path / "figures").iterdir()} == names
     done = wf("plot", str(packing), "--figure", "agitation")
-    assert done.returncode == 2
-    assert "is method1, whose grains start at rest" in done.stderr
+    assert done.returncode == 2 and "--figure agitation shows nothing of" in done.stderr
+    done = wf("plot", str(whole[0]), str(packing), "--figure", "agitation", "--out", "mixed")
+    assert done.returncode == 2 and "is method1, whose grains start at rest" in done.stderr
     assert wf("plot", str(packing), str(whole[0])).returncode == 2
 
 

@@ -13,8 +13,10 @@ from pathlib import Path
 from workflow.archive.read import Archive
 from workflow.campaign.measured import found_at
 from workflow.campaign.study import DONE, Study
-from workflow.cli.assembling import consolidation
-from workflow.pipeline.collect import ARCHIVE, measures_of
+from workflow.pipeline.collect import measures_of
+from workflow.reports.of_runs import consolidation
+from workflow.reports.registry import Shown
+from workflow.runs.directory import ARCHIVE
 
 PATHS = {
     "t": "time", "Phi": "solid_fraction", "z": "coordination", "rattlers": "rattler_fraction",
@@ -32,7 +34,8 @@ def main(folder: Path) -> None:
     writer.writerow(["rolling", "seed", "n", "direction", "P*", *PATHS, "digest"])
     done = [point for point in study.points if study.standing(point).status == DONE]
     names = [f"{'' if point.values['rolling'] else 'no '}RR, seed {point.values['seed']}" for point in done]
-    consolidation([study.directory(point).path for point in done], [Path(__file__).with_suffix(".png")], names)
+    shown = [Shown(study.directory(point), name) for point, name in zip(done, names, strict=True)]
+    consolidation(shown, [Path(__file__).with_suffix(".png")])
     for point in done:
         directory = study.directory(point)
         scene = directory.scene
@@ -47,8 +50,8 @@ def main(folder: Path) -> None:
         for (direction, stress), frame in (start | loads).items():
             measures = measures_of(directory, frame)
             values = [found_at(measures, path) for path in PATHS.values()]
-            shown = ["" if value is None else f"{value:.6g}" for value in values]
-            writer.writerow([scene.rolling, scene.seed, scene.n, direction, f"{stress:.6g}", *shown, point.name])
+            row = ["" if value is None else f"{value:.6g}" for value in values]
+            writer.writerow([scene.rolling, scene.seed, scene.n, direction, f"{stress:.6g}", *row, point.name])
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from workflow.measures.clusters import local_coordination
 from workflow.measures.contacts import measure
 from workflow.measures.density import scattering
 from workflow.measures.registry import density_of, measure_groups, shells
-from workflow.pipeline.collect import constants_of
+from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory
 
 GROUPS = ("forces", "clusters", "rigidity", "self_stress", "holes")
@@ -39,7 +39,7 @@ def states(run: Path):
         if scene.pressure:
             chosen.append(archive.frame(-1))
     for frame in chosen:
-        yield frame, constants_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage) or 0.0
+        yield frame, settings_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage) or 0.0
 
 
 def row(run: Path, kind: dict[str, object], frame, law, pressure: float) -> dict[str, object]:

@@ -14,10 +14,9 @@ from workflow.data.files import replacing
 from workflow.errors import InputError
 from workflow.measures.heap import dip, mean_profile
 from workflow.measures.registry import GROUPS, Settings
-from workflow.measures.samples import pool
+from workflow.measures.samples import found_at, pool
 from workflow.pipeline.collect import measures_of, settings_of, stored_measures
 from workflow.runs.directory import ARCHIVE, RunDirectory
-from workflow.scene.heap import Heap
 
 LARGEST = 10  # avalanches of a heap whose depth is averaged
 
@@ -38,10 +37,8 @@ def frame_index(directory: RunDirectory, stage: str | None) -> int:
         last = archive.stages[-1]
     scene = directory.scene
     order = ["start", *scene.stages.values()]
-    if order.index(last) < order.index(stage) and not isinstance(scene, Heap):
-        alike = scene.law_of(last) == scene.law_of(stage)
-        if alike and (scene.pressure_of(last) or 0.0) == (scene.pressure_of(stage) or 0.0):
-            return -1
+    if order.index(last) < order.index(stage) and scene.alike(last, stage):
+        return -1
     raise InputError(f"'{directory.path}' has no frame of stage {stage}")
 
 
@@ -68,24 +65,16 @@ def measured(directory: RunDirectory, stage: str | None, group: str | None, kept
 
 
 def settings_at(directory: RunDirectory, stage: str | None) -> Settings | None:
-    """The settings of the measures at the end of ``stage``, None for a heap."""
+    """The settings of the measures at the end of ``stage``, None where the groups of measures do not know the law."""
     scene = directory.scene
-    if isinstance(scene, Heap):
-        return None
-    return settings_of(scene, scene.law_of(stage or list(scene.stages.values())[-1]))
+    law = scene.law_of(stage or list(scene.stages.values())[-1])
+    return None if law is None else settings_of(scene, law)
 
 
 def group_of(measure: str) -> str | None:
     """The group of measures that a path needs, None if the standard ones have it."""
     first = measure.split(".")[0]
     return first if first in GROUPS else None
-
-
-def found_at(tree: Any, path: str) -> float | None:
-    """The number at a.b.c of nested mappings, None if there is none."""
-    for name in path.split("."):
-        tree = tree.get(name) if isinstance(tree, Mapping) else None
-    return float(tree) if isinstance(tree, int | float) and not isinstance(tree, bool) else None
 
 
 def of_samples(measure: str, samples: Sequence[Measures], settings: Settings | None) -> float | None:

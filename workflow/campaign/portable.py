@@ -9,7 +9,7 @@ from pathlib import Path
 from workflow.campaign.cluster import Profile
 from workflow.errors import InputError
 from workflow.runs.directory import RunDirectory
-from workflow.scene.registry import Scene
+from workflow.scene.base import Scene
 
 JOB = "job.sh"
 README = """\

@@ -31,7 +31,8 @@ from workflow.errors import ArchiveError, InputError
 from workflow.runs import directory as rundir
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import versions
-from workflow.scene.registry import Scene, scene_from
+from workflow.scene.base import Scene
+from workflow.scene.registry import scene_from
 
 WAITING, RUNNING, INTERRUPTED, DONE, FAILED = "waiting", "running", "interrupted", "done", "failed"
 STATUSES = (WAITING, RUNNING, INTERRUPTED, DONE, FAILED)
@@ -51,7 +52,7 @@ class Point:
     def of(cls, values: Mapping[str, Any]) -> Point:
         """The point of a scene's values.  Raises InputError if they make no scene."""
         scene = scene_from(values)
-        return cls(dict(values), scene.digest, scene.n)
+        return cls(dict(values), scene.digest, scene.size)
 
     @classmethod
     def recorded(cls, entry: Mapping[str, Any]) -> Point:

@@ -23,7 +23,7 @@ from workflow.runs.identity import check_inputs
 from workflow.runs.installation import versions
 from workflow.runs.outputs import DUMPS
 from workflow.runs.resume_point import start_of
-from workflow.scene.registry import Scene
+from workflow.scene.base import Scene
 
 RESULTS = {"series.txt": None, **DUMPS}
 # Where bits may differ (ranks, versions, machine), rounding grows exponentially while grains collide: two such runs are two
@@ -127,7 +127,7 @@ def _compare(one: RunDirectory, two: RunDirectory, start: int, excuse: str | Non
     differences = (difference for name in present for difference in _differences(one, two, name, scene))
     first = min(differences, key=lambda d: d.step, default=None)
     changes = _changes(one, two)
-    close = all(change <= BOUNDS[name] * math.sqrt(1400.0 / scene.n) for name, change in changes.items())
+    close = all(change <= BOUNDS[name] * math.sqrt(1400.0 / scene.size) for name, change in changes.items())
     return Verdict(
         reproduced=first is None or (excuse is not None and close and bool(changes)),
         same_bits=first is None,

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from workflow.archive.export import FORMATS
 from workflow.cli.options import command
-from workflow.cli.sources import add_sources, folder_of, frames_of, one_source
+from workflow.cli.sources import add_sources, one_source
+from workflow.data.frame import Frame
+from workflow.data.notes import tell
 from workflow.errors import InputError
+from workflow.pipeline.sources import Source
 
 EXAMPLES = """
 wf export runs/method1-130aae48                        grains and contacts of the last frame as CSV, in its folder export
@@ -39,11 +43,18 @@ def action(arguments: argparse.Namespace) -> int:
     for name in names:
         if name not in FORMATS:
             raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
-    out = arguments.out or folder_of(source) / "export"
+    out = arguments.out or source.folder / "export"
     if arguments.out is None and out.is_symlink():
         raise InputError(f"'{out}' is a symbolic link, which leads out of the run directory; name the place with --out DIR")
     out.mkdir(parents=True, exist_ok=True)
     for number, name in enumerate(names):
-        for path in FORMATS[name].write(frames_of(source, arguments, notes=number == 0), out):
+        for path in FORMATS[name].write(_frames(source, every=arguments.all, notes=number == 0), out):
             print(path)
     return 0
+
+
+def _frames(source: Source, *, every: bool, notes: bool) -> Iterator[Frame]:
+    """The frame that is wanted or every one, read one at a time; ``notes``: say what is to be said of the first."""
+    for number, frame in enumerate(source.frames() if every else [source.one_frame()]):
+        tell(frame.notes if notes and not number else ())
+        yield frame

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.lists import whole_number
+from workflow.scene.base import Scene
 from workflow.scene.named import scene_named
 from workflow.scene.parameter import Quantity, quantity_of
-from workflow.scene.registry import SCENES, Scene
+from workflow.scene.registry import SCENES
 
 
 def command(commands: Any, name: str, summary: str, examples: str, *, action: Any) -> argparse.ArgumentParser:

@@ -11,7 +11,6 @@ from typing import Any
 
 from workflow.campaign.carry_out import carry_out, plan, send
 from workflow.campaign.study import Study
-from workflow.cli.assembling import TOGETHER
 from workflow.cli.deck import job_of
 from workflow.cli.lists import ranged
 from workflow.cli.options import command, command_line
@@ -91,7 +90,7 @@ def _scoreboard(arguments: argparse.Namespace) -> tuple[Study, Callable[[], None
 
     def finish() -> None:
         found, drawn = compare(
-            study, paper, numbers, drawings, earlier, command=command_line(), together=TOGETHER, say=overwrite
+            study, paper, numbers, drawings, earlier, command=command_line(), say=overwrite
         )  # fmt: skip
         if arguments.json:
             print((study.folder / "scoreboard.json").read_text(encoding="utf-8") if found else json.dumps({"figures": drawn}))

@@ -1,29 +1,17 @@
-"""Where frames come from: run directories, and dumps of other programs with what the user knows of their law."""
+"""Sources on the command line: run directories, and dumps of other programs with what the user knows of their law."""
 
 from __future__ import annotations
 
 import argparse
 import glob
-import sys
-from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
-from workflow.archive.read import Archive
 from workflow.archive.samples import Files, gathered
 from workflow.cli.dumps import frame_of_dump, options_of, reading_of
-from workflow.data.frame import Frame
 from workflow.errors import InputError
-from workflow.measures.registry import Settings, chosen_groups
-from workflow.pipeline.archived import archived
-from workflow.pipeline.collect import ARCHIVE, measures_of, settings_of
-from workflow.pipeline.dumps import measures_of_dump
-from workflow.runs.directory import RunDirectory
-from workflow.scene.heap import Heap
-from workflow.scene.registry import Packed
-
-Source = Path | Files  # a run directory, or the dumps of one sample
+from workflow.pipeline.sources import Dumps, Run, Source
 
 
 def add_sources(parser: argparse.ArgumentParser, *, measured: bool = True) -> None:
@@ -69,11 +57,19 @@ def sources_of(arguments: argparse.Namespace) -> list[Source]:
         raise InputError("name a run directory or a dump of grains" + " before --contacts" * bool(contacts))
     if len({path.resolve() for path in paths}) < len(paths):
         raise InputError("a source is named twice; samples must be different runs")
-    runs: list[Source] = [path for path in paths if not path.is_file()]
     dumps = [path for path in paths if path.is_file()]
     if contacts and not dumps:
         raise InputError(f"--contacts {contacts[0]} goes with dumps of grains; the contacts of '{paths[0]}' are in it")
-    return runs + list(gathered(dumps, contacts, reading_of(arguments), apart=arguments.samples))
+    options = options_of(arguments) if hasattr(arguments, "window") else {}
+    runs: list[Source] = [Run(path, arguments.frame, options) for path in paths if not path.is_file()]
+    samples = gathered(dumps, contacts, reading_of(arguments), apart=arguments.samples)
+    return runs + [_of_dumps(files, arguments) for files in samples]
+
+
+def _of_dumps(files: Files, arguments: argparse.Namespace) -> Source:
+    """A sample of another program, with what the user says of it."""
+    load = partial(frame_of_dump, files, arguments)
+    return Dumps(files, lambda: files.sample(reading_of(arguments)), load, arguments.frame)
 
 
 def _expanded(path: Path) -> list[Path]:
@@ -90,73 +86,5 @@ def one_source(arguments: argparse.Namespace) -> Source:
     """The only source.  Raises InputError for several."""
     found = sources_of(arguments)
     if len(found) > 1:
-        raise InputError(f"'{name_of(found[1])}' is a second source; give one run directory, or dumps of one sample")
+        raise InputError(f"'{found[1].name}' is a second source; give one run directory, or dumps of one sample")
     return found[0]
-
-
-def name_of(source: Source) -> str:
-    """Of the run directory, or of its first dump."""
-    return str(source if isinstance(source, Path) else source.grains[0])
-
-
-def folder_of(source: Source) -> Path:
-    """Where to write what is made of a source."""
-    return source if isinstance(source, Path) else source.grains[0].parent
-
-
-def frame_of(source: Source, arguments: argparse.Namespace) -> tuple[Frame, Settings]:
-    """The frame that ``arguments`` choose, and the settings of its measures."""
-    if isinstance(source, Files):
-        return frame_of_dump(source, arguments)
-    directory = archived(RunDirectory.open(source))
-    with Archive(directory / ARCHIVE) as archive:
-        frame = archive.frame(arguments.frame)
-    scene = packing(directory)
-    return frame, settings_of(scene, scene.law_of(frame.stage), **options_of(arguments))
-
-
-def frames_of(source: Source, arguments: argparse.Namespace, *, notes: bool) -> Iterator[Frame]:
-    """The frame that ``arguments`` choose, or with ``arguments.all`` every one, read one at a time; ``notes``: say what is to
-    be said of the first."""
-    if isinstance(source, Files):
-        sample = source.sample(reading_of(arguments))
-        for number, frame in enumerate(sample.frames() if arguments.all else [sample.frame(arguments.frame)]):
-            tell(frame.notes if not number and notes else ())
-            yield frame
-        return
-    with Archive(archived(RunDirectory.open(source)) / ARCHIVE) as archive:
-        yield from archive.frames if arguments.all else [archive.frame(arguments.frame)]
-
-
-def tell(notes: Sequence[str]) -> None:
-    """Notes about a source, on standard error."""
-    for note in notes:
-        print(f"wf: note: {note}", file=sys.stderr)
-
-
-def packing(directory: RunDirectory) -> Packed:
-    """The scene of a run that made a packing.  Raises InputError for a heap."""
-    scene = directory.scene
-    if isinstance(scene, Heap):
-        raise InputError(f"'{directory.path}' is a heap, no packing in a periodic cell; give 'wf plot' the heap alone")
-    return scene
-
-
-def measures_from(source: Source, arguments: argparse.Namespace, groups: Sequence[str] | None) -> dict[str, Any]:
-    """The measures of one source; those of dumps with ``notes`` of what is to be said of them."""
-    if isinstance(source, Path):
-        return measures_of(archived(RunDirectory.open(source)), arguments.frame, groups=groups, **options_of(arguments))
-    frame, law = frame_of_dump(source, arguments)
-    return measures_of_dump(frame, law, chosen_groups(groups, frame.grains))
-
-
-def parameters_of(source: Source, arguments: argparse.Namespace) -> dict[str, Any]:
-    """What a sample must share with others to be averaged with them, and its seed."""
-    if isinstance(source, Files):
-        frame = source.sample(reading_of(arguments)).frame(arguments.frame)
-        walls = [not periodic for periodic in frame.periodic]
-        return {"data": "dump", "grains": frame.grains, "walls": walls, "not given": sorted(frame.lacks - {"time"})}
-    directory = archived(RunDirectory.open(source))
-    with Archive(directory / ARCHIVE) as archive:
-        stage = archive.frame(arguments.frame).stage
-    return {"scene": directory.scene.name, **directory.scene.as_mapping(), "stage of the frame": stage}

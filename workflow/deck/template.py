@@ -15,8 +15,7 @@ import numpy as np
 
 from workflow.data.discs import Discs
 from workflow.errors import InputError
-from workflow.scene.packing import Packing
-from workflow.scene.registry import Scene
+from workflow.scene.base import Scene
 
 DECK = "deck.in"
 DATA = "grains.data"
@@ -38,7 +37,7 @@ def templates() -> Path:
 
 def render(scene: Scene) -> str:
     """The deck of ``scene``.  Raises InputError if template and scene disagree on a variable."""
-    template = templates() / ((isinstance(scene, Packing) and scene.template) or f"{scene.name}.in")
+    template = templates() / (scene.template or f"{scene.name}.in")
     values = {**scene.variables(), "data": DATA}
     return fill(whole(template, values), values)
 

@@ -82,3 +82,10 @@ def _common(samples: Sequence[Scattering]) -> list[Scattering]:
         return Scattering(widest.edges, vectors=vectors, solid_fraction=sample.solid_fraction, **lead)
 
     return [filled(sample) for sample in samples]
+
+
+def found_at(tree: Any, path: str) -> float | None:
+    """The number at a.b.c of nested mappings, None if there is none."""
+    for name in path.split("."):
+        tree = tree.get(name) if isinstance(tree, Mapping) else None
+    return float(tree) if isinstance(tree, int | float) and not isinstance(tree, bool) else None

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from workflow.archive.read import Archive
+from workflow.data.frame import Frame
 from workflow.measures.heap import Ground, equivalent_stiffness, measure
-from workflow.pipeline.recorded import recorded
-from workflow.runs.directory import ARCHIVE, RunDirectory
-from workflow.scene.heap import FLOOR, Heap
+from workflow.pipeline.recorded import Recorded
+from workflow.scene.heap import FLOOR
 
 
-def ground(scene: Heap) -> Ground:
-    """Where the heap of ``scene`` stands."""
+def ground(scene: Any) -> Ground:
+    """Where the heap of ``scene``, a `Heap`, stands."""
     return Ground(len(scene.base_discs()), scene.middle, FLOOR)
 
 
-def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict[str, Any]:
+def of_frame(run: Recorded, frame: Frame) -> dict[str, Any]:
     """The measures of a frame of the archive."""
-    series, result = recorded(directory)
-    with Archive(directory / ARCHIVE) as archive:
-        chosen, tracks = archive.frame(frame), archive.tracks
-        last = chosen.step == archive.frame(-1).step
-    row = int(abs(series["step"] - chosen.step).argmin()) if series else None
+    scene, series, row = run.scene, run.series, run.row(frame)
     at = {name: float(values[row]) for name, values in series.items()} if row is not None else {}
-    numbers: dict[str, Any] = {"scene": scene.name, **measure(chosen, ground(scene), tracks if last else None)}
+    tracks = run.archive.tracks if run.is_last(frame) else None
+    numbers: dict[str, Any] = {"scene": scene.name, **measure(frame, ground(scene), tracks)}
     closes = at and scene.account and scene.base == "rough" and scene.start == "pour" and at["energy_in"]
     numbers["energy_residual"] = {"value": at["residual"], "relative": at["residual"] / at["energy_in"]} if closes else None
     if not scene.hooke and numbers["closest_pair"] < 0.0:
@@ -37,9 +33,9 @@ def heap_measures(directory: RunDirectory, scene: Heap, frame: int = -1) -> dict
         approach = max(scene.impact_speed, approach)
     tail = 0.0 if scene.hooke else (scene.cutoff - 1.0) * (1.0 - scene.polydispersity)  # of the force, from r0 to sigma
     return numbers | {
-        "equilibrated": bool(result.get("equilibrated")) if last else None,
+        "equilibrated": run.equilibrated(frame),
         "poured": int(at.get("poured", 0)), "removed": int(at.get("removed", 0)),
-        "unbalanced_force": at.get("net_force"), "time": chosen.time, "step": chosen.step,
+        "unbalanced_force": at.get("net_force"), "time": frame.time, "step": frame.step,
         "numerics": {
             "step": step.step, "step_reason": step.reason, "steps_per_stiffest_period": step.period / step.step,
             "largest_overlap": overlap if series else None,

@@ -14,14 +14,61 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
+from workflow.archive.read import Archive
 from workflow.data.files import replacing
 from workflow.data.frame import Bools, Floats, Frame
 from workflow.errors import InputError
-from workflow.measures.heap import Avalanche, Ground, Tracks, base_forces, fields, in_heap, smooth, surface
+from workflow.measures.heap import Avalanche, Ground, Tracks, avalanches, base_forces, fields, in_heap, smooth, surface
+from workflow.pipeline.heap import ground as ground_of
 from workflow.reports.figures import BLUE, FILL, INK, OUTLINE, RED, STYLE, save
+from workflow.reports.registry import Shown
+from workflow.runs.directory import ARCHIVE
 
 WIDE = 8.0  # inches
 FILM_FRAMES, FILM_PAUSE = 40, 120  # at most; milliseconds
+
+
+def _shown(runs: Sequence[Shown]) -> tuple[Frame, Ground]:
+    """The frame of the run and where its heap stands.  Raises InputError if it holds none."""
+    directory, _, number = runs[0]
+    with Archive(directory / ARCHIVE) as archive:
+        frame = archive.frame(number)
+    ground = ground_of(directory.scene)
+    if not in_heap(frame, ground).any():
+        raise InputError(f"frame {number} of '{directory.path}' holds no heap; choose another with --frame")
+    return frame, ground
+
+
+def draw_snapshot(runs: Sequence[Shown], paths: Sequence[Path]) -> None:
+    """`snapshot` of a run."""
+    snapshot(*_shown(runs), paths)
+
+
+def draw_vectors(runs: Sequence[Shown], paths: Sequence[Path]) -> None:
+    """`vectors` of a run."""
+    vectors(*_shown(runs), paths)
+
+
+def draw_forces(runs: Sequence[Shown], paths: Sequence[Path]) -> None:
+    """`forces` of a run."""
+    forces(*_shown(runs), paths)
+
+
+def draw_maps(runs: Sequence[Shown], paths: Sequence[Path]) -> None:
+    """`maps` of a run."""
+    maps(*_shown(runs), paths)
+
+
+def draw_film(runs: Sequence[Shown], paths: Sequence[Path]) -> bool:
+    """`film` of the largest avalanche of a run; False if there was none."""
+    with Archive(runs[0].directory / ARCHIVE) as archive:
+        tracks = archive.tracks
+    ground = ground_of(runs[0].directory.scene)
+    slides = avalanches(tracks, ground) if tracks is not None else []
+    if tracks is None or not slides:
+        return False
+    film(tracks, ground, max(slides, key=lambda event: event.size), paths[0])
+    return True
 
 
 def _axes(figure: Figure, axes: Axes, frame: Frame, ground: Ground) -> None:

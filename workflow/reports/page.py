@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from workflow.data.files import replacing
-from workflow.reports.numbers import Number, errors, results
-from workflow.reports.page_data import BASE, IN_FLIGHT, KINDS, Sheet, charts, kinds, network
+from workflow.reports.numbers import Number, errors
+from workflow.reports.page_data import KINDS, Sheet, charts, kinds, network
 from workflow.reports.study_page import document, table, template
 
 SCRIPTS = ("common.js", "network.js", "chart.js", "report.js")
@@ -60,7 +60,7 @@ def _article(number: int, sheet: Sheet, drawn: Sequence[dict[str, Any]], every: 
         + (f"<h2>{escape(sheet.name)}</h2>" if several else "")
         + f'<p class="muted">{escape(sheet.title)}</p><p>{_badges(sheet)} {escape(sheet.note)}</p>'
         + (f'<p class="bad">{escape(sheet.reason)}</p>' if sheet.reason else "")
-        + f'<nav class="screen" aria-label="Sections">{links}</nav>{_cards(results(sheet))}'
+        + f'<nav class="screen" aria-label="Sections">{links}</nav>{_cards(sheet.view.results(sheet))}'
         + "".join(f'<section><h2 id="r{number}-{key}">{name}</h2>{html}</section>' for key, name, html in sections)
         + "</article>"
     )
@@ -87,14 +87,13 @@ def _network(sheet: Sheet) -> str:
     words = [WORDS.get(name, name) for name in KINDS]
     there = [k for k in range(len(KINDS)) if count[k]]
     keys = [_key(f'data-kind="{k}" checked', _swatch(KINDS[k]), words[k], str(count[k])) for k in there]
-    grey = [("grey", "rattler")] if sheet.ground is None else [("grey", IN_FLIGHT), ("edge", BASE)]
-    keys += [_key("", _dot(look), name, "") for look, name in grey]
+    keys += [_key("", _dot(look), name, "") for look, name in sheet.view.marks]
     sliding = int(sheet.frame.contacts.sliding.sum())
     if sliding:
         keys.append(_key('data-control="marks"', _dot("extra"), "mark sliding contacts", str(sliding)))
     parts = ", ".join(f"{count[k]} {words[k]}" for k in there)
     label = f"Force network of {sheet.frame.grains} grains: {parts or 'no interaction'}."
-    flat = " flat" if sheet.ground is not None else ""
+    flat = " flat" if sheet.view.flat else ""
     return Template(template("network.html")).substitute(keys="\n".join(keys), label=escape(label), flat=flat)
 
 
@@ -198,7 +197,7 @@ def _judged(sheet: Sheet) -> list[Number]:
     residual = sheet.measures.get("energy_residual")
     share = 100 * residual["relative"] if residual else None
     known = Number("energy residual", share, "undefined" if share is None else f"{share:.2g} %")
-    return [*results(sheet), known, Number("time", sheet.frame.time, f"{sheet.frame.time:.5g}")]
+    return [*sheet.view.results(sheet), known, Number("time", sheet.frame.time, f"{sheet.frame.time:.5g}")]
 
 
 def _cells(sheet: Sheet, columns: Sequence[str]) -> list[Number]:

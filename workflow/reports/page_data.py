@@ -9,17 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from workflow.data.frame import Bools, Floats, Frame
-from workflow.measures.contacts import coordination
-from workflow.measures.heap import Ground, in_heap
-from workflow.reports.figures import BAND, kinds_of_fig2, wrap
-from workflow.scene.heap import Heap
-from workflow.scene.registry import Scene
+from workflow.data.frame import Floats, Frame
+from workflow.reports.figures import wrap
+from workflow.reports.views import KINDS, View
+from workflow.scene.base import Units
 
 MOST_ROWS = 4000  # of a time series on the page; longer ones are thinned
 TYPES: dict[str, np.dtype] = {"f4": np.dtype("<f4"), "u4": np.dtype("<u4"), "u1": np.dtype("u1")}
-KINDS = ("compressive", "tensile", "distant", "no force")  # drawn from the last to the first
-IN_FLIGHT, BASE = "not in the heap", "fixed base"
 
 
 @dataclass(frozen=True)
@@ -27,9 +23,9 @@ class Sheet:
     """What a page says of one run or dump.
 
     ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``force_unit`` F1, below
-    ``tolerance`` F1 there is no force; ``cohesive``: an attraction acts; ``length`` a.  ``scene`` and ``ground``: None for
-    the dump of another program, and for what is no heap.  ``numbers``: all measures as (name, text).  ``provenance``:
-    (name, text); ``text``: the scene file.
+    ``tolerance`` F1 there is no force; ``cohesive``: an attraction acts; ``length`` a.  ``units``: names of the units;
+    ``view``: what is shown of its kind.  ``scene``: None for the dump of another program.  ``numbers``: all measures as
+    (name, text).  ``provenance``: (name, text); ``text``: the scene file.
     """
 
     name: str
@@ -42,20 +38,14 @@ class Sheet:
     tolerance: float
     cohesive: bool
     length: float
-    scene: Scene | None
-    ground: Ground | None
+    units: Units
+    view: View
+    scene: Any
     series: Mapping[str, Floats]
     measures: Mapping[str, Any]
     numbers: Sequence[tuple[str, str]]
     provenance: Sequence[tuple[str, str]]
     text: str
-
-    @property
-    def units(self) -> tuple[str, str, str]:
-        """Names of the units of length, force and time."""
-        if self.ground is not None:
-            return "σ", "mg", "√(σ/g)"
-        return "a", "F₀" if self.cohesive else "aP" if self.scene else "F₁", "T₀"
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:
@@ -75,7 +65,7 @@ def network(sheet: Sheet) -> dict[str, Any]:
     length, symbol, _ = sheet.units
     place = np.where(frame.periodic, wrap(frame, frame.position), frame.position)
     arrays = {
-        "id": packed(frame.ids, "u4"), "mark": packed(_marks(sheet), "u1"), "d": packed(frame.diameter, "f4"),
+        "id": packed(frame.ids, "u4"), "mark": packed(sheet.view.mark(sheet), "u1"), "d": packed(frame.diameter, "f4"),
         "x": packed(place[:, 0], "f4"), "y": packed(place[:, 1], "f4"),
         "i": packed(table.i, "u4"), "j": packed(table.j, "u4"), "bx": packed(table.branch[:, 0], "f4"),
         "by": packed(table.branch[:, 1], "f4"), "normal": packed(table.normal_force, "f4"),
@@ -84,78 +74,28 @@ def network(sheet: Sheet) -> dict[str, Any]:
     }  # fmt: skip
     return {
         "arrays": arrays, "cell": frame.cell.tolist(), "origin": frame.origin.tolist(), "periodic": list(frame.periodic),
-        "window": _window(sheet), "unit": sheet.force_unit, "symbol": symbol, "length": length, "band": _band(sheet),
+        "window": _window(sheet), "unit": sheet.force_unit, "symbol": symbol, "length": length, "band": sheet.view.band(sheet),
         "kinds": KINDS, "rolling": bool(table.moment.any()),
-        "marks": ["", "rattler"] if sheet.ground is None else ["", IN_FLIGHT, BASE],
+        "marks": ["", *(name for _, name in sheet.view.marks)],
     }  # fmt: skip
 
 
 def kinds(sheet: Sheet) -> np.ndarray:
-    """Place in KINDS of each interaction, (M,); the law of a heap acts beyond the diameter and only repels."""
-    unit, tolerance = sheet.force_unit, sheet.tolerance
-    normal, kind = sheet.frame.contacts.normal_force, np.full(len(sheet.frame.contacts), KINDS.index("no force"))
-    if sheet.ground is not None:
-        chosen = {"compressive": normal > tolerance * unit, "tensile": normal < -tolerance * unit}
-    else:
-        chosen = {name: rows for name, (rows, _) in kinds_of_fig2(sheet.frame, unit, tolerance).items()}
-    for name, rows in chosen.items():
+    """Place in KINDS of each interaction, (M,)."""
+    kind = np.full(len(sheet.frame.contacts), KINDS.index("no force"))
+    for name, rows in sheet.view.kinds(sheet).items():
         kind[rows] = KINDS.index(name)
     return kind
-
-
-def _marks(sheet: Sheet) -> np.ndarray:
-    """0 for most grains; 1 grey: rattlers, or grains that are not in the heap; 2: the base."""
-    if sheet.ground is None:
-        return coordination(sheet.frame, threshold=sheet.tolerance * sheet.force_unit).rattlers
-    fixed = sheet.frame.ids <= sheet.ground.base
-    return np.where(fixed, 2, ~in_heap(sheet.frame, sheet.ground))
 
 
 def _window(sheet: Sheet) -> list[float]:
     """Left, bottom, right, top of what is shown at first: the cell, or the grains where nothing is periodic."""
     frame = sheet.frame
     low, high = frame.origin, frame.origin + frame.cell
-    shown: Bools = np.ones(frame.grains, dtype=bool)
-    if sheet.ground is not None and in_heap(frame, sheet.ground).any():
-        own = in_heap(frame, sheet.ground)
-        across = frame.position[:, 0]
-        shown = own | ((across > across[own].min() - 3) & (across < across[own].max() + 3) & (frame.ids <= sheet.ground.base))
+    shown = sheet.view.shown(sheet)
     if not any(frame.periodic) and shown.any():
         low, high = frame.position[shown].min(axis=0) - 1.0, frame.position[shown].max(axis=0) + 1.0
     return [float(v) for v in (*low, *high)]
-
-
-def _band(sheet: Sheet) -> float:
-    """Width of the line of one force unit: as in the figures, in a heap so that the largest force is 0.7 wide."""
-    if sheet.ground is None:
-        return (0.3 if sheet.cohesive else BAND) * sheet.length
-    return 0.7 / max(float(np.abs(sheet.frame.contacts.normal_force).max(initial=0.0)) / sheet.force_unit, 1.0)
-
-
-# ---- charts: (title, unit, columns, logarithmic), {l} and {f} the units of length and force; what a series has not is left out
-PACKING = (
-    ("solid fraction", "Φ", ("solid_fraction",), False),
-    ("stress", "{f}/{l}", ("stress_x", "stress_y"), False),
-    ("largest unbalanced force and moment", "{f}, {f} {l}", ("net_force", "net_moment"), True),
-    ("coordination", "z", ("coordination",), False),
-    ("kinetic energy per grain", "{f} {l}", ("kinetic_per_grain", "kinetic_per_grain_raw"), True),
-    ("energy", "{f} {l}", ("kinetic", "elastic", "tangential", "rolling", "adhesive"), False),
-    ("work and losses", "{f} {l}", ("work", "lost_viscous", "lost_sliding", "lost_rolling", "lost_drag"), False),
-    ("energy residual", "{f} {l}", ("residual",), False),
-    ("largest overlap", "{l}", ("overlap",), True),
-    ("aggregates", "", ("aggregates", "largest_aggregate"), True),
-    ("unsupported grains", "", ("rattlers",), False),  # the engine's count; rattlers of the measures are more
-)
-POURING = (
-    ("grains", "", ("poured", "removed"), False),
-    ("top of the heap", "{l}", ("top",), False),
-    ("largest unbalanced force and moment", "{f}, {f} {l}", ("net_force", "net_moment"), True),
-    ("kinetic energy per grain", "{f} {l}", ("kinetic_per_grain",), True),
-    ("energy", "{f} {l}", ("kinetic", "elastic", "tangential"), False),
-    ("losses", "{f} {l}", ("lost_viscous", "lost_sliding"), False),
-    ("energy residual", "{f} {l}", ("residual",), False),
-    ("largest overlap", "{l}", ("overlap",), True),
-)
 
 
 def charts(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, dict[str, str]], int]:
@@ -184,29 +124,17 @@ def _of_time(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, Floats], int
     stages = [{"name": names.get(int(stage[k]), f"stage {stage[k]}"), "x": float(series["time"][k])} for k in begins]
     length, force, clock = sheet.units
     found, used = [], {"time": series["time"][rows]}
-    for title, unit, columns, log in POURING if sheet.ground is not None else PACKING:
+    levels = sheet.view.levels(sheet)
+    for title, unit, columns, log in sheet.view.charts(sheet):
         there = [name for name in columns if name in series and (len(columns) == 1 or series[name].any())]
-        if not there or (title == "aggregates" and not sheet.cohesive):
+        if not there:
             continue
-        level = sheet.ground.level if sheet.ground is not None and title == "top of the heap" else 0.0
-        used |= {name: series[name][rows] - level for name in there}
+        used |= {name: sheet.view.column(sheet, name)[rows] for name in there}
         lines = [{"name": name.replace("_", " "), "x": "time", "y": name} for name in there]
         chart = {"title": title, "xlabel": f"time [{clock}]", "ylabel": unit.format(l=length, f=force), "logy": log}
-        found.append(chart | {"lines": lines, "levels": _levels(sheet, title), "stages": stages, "time": True})
+        level = [dict(zip(("name", "y"), levels[title], strict=True))] if title in levels else []
+        found.append(chart | {"lines": lines, "levels": level, "stages": stages, "time": True})
     return found, used, every
-
-
-def _levels(sheet: Sheet, title: str) -> list[dict[str, Any]]:
-    """What the run was to reach, as dashed lines."""
-    scene = sheet.scene
-    if scene is None:
-        return []
-    unit = 1.0 if isinstance(scene, Heap) else scene.force_unit
-    levels = {"largest unbalanced force and moment": ("tolerance", scene.force_tolerance * unit),
-              "kinetic energy per grain": ("tolerance", scene.energy_tolerance * unit)}  # fmt: skip
-    if not isinstance(scene, Heap):
-        levels["stress"] = ("imposed", scene.pressure)
-    return [{"name": levels[title][0], "y": levels[title][1]}] if title in levels else []
 
 
 Lines = list[tuple[str, Any, Any]]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.campaign.study import Study
-from workflow.reproduce.drawn import Say, Together, figures
+from workflow.reproduce.drawn import Say, figures
 from workflow.reproduce.papers import Drawing, Paper, Printed
 from workflow.reproduce.pool import Earlier, origin
 from workflow.reproduce.readings import Readings, lines, write_readings
@@ -17,14 +17,14 @@ from workflow.reproduce.scoreboard import Row, counts, sections, texts, write
 
 def compare(
     study: Study, paper: Paper, numbers: Sequence[Printed], drawings: Sequence[Drawing], earlier: Sequence[Earlier], *,
-    command: str, together: Together, say: Say,
+    command: str, say: Say,
 ) -> tuple[list[Row], list[dict[str, str]]]:  # fmt: skip
     """Measure, compare, draw; the rows of the scoreboard, which is written to the study's folder, and of the figures.
 
     ``earlier``: scoreboards made elsewhere, pooled with the runs here; ``command``: what is said to repeat it.
     """
     found = rows(study, numbers, earlier, say)
-    drawn, taken = figures(study, drawings, earlier, together, say)
+    drawn, taken = figures(study, drawings, earlier, say)
     say("")
     if found:
         made = provenance(study, command) | origin(earlier, found, taken)

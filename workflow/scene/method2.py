@@ -37,6 +37,7 @@ class Method2(Packing):
     name: ClassVar[str] = "method2"
     title: ClassVar[str] = "aggregation of a granular gas, relaxation and loading (G07 method 2)"
     stages: ClassVar[dict[int, str]] = {1: "aggregate", 2: "relax", 3: "free", 4: "stiffen", 5: "load", 6: "settle"}
+    figures: ClassVar[tuple[str, ...]] = (*Packing.figures, "aggregation")
     settling = ("relax", "free", "stiffen", "settle")
     relaxations = (("aggregate", "relax"), ("load", "settle"))
 
@@ -163,6 +164,12 @@ class Method2(Packing):
     def start_energy(self) -> float:
         """Kinetic energy of the gas, in which nothing touches."""
         return self.gas.kinetic_energy
+
+    def warnings(self) -> list[str]:
+        """The steps of the stages with a step of their own, and those of every packing."""
+        steps = {stage: self.step_of(stage) for stage in ("aggregate", "relax")}
+        other = {stage: step for stage, step in steps.items() if step.step != self.step_choice.step}
+        return [*(f"step in {stage} {step.step:.3g} T0: {step.reason}" for stage, step in other.items()), *super().warnings()]
 
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method2.in."""

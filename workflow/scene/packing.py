@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
-
-import numpy as np
 
 from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
+from workflow.data.frame import Floats
 from workflow.errors import InputError
+from workflow.scene.base import Scene, Units
 from workflow.scene.fluid import fluid
-from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, Readings
+from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
 from workflow.scene.placement import diameters, place
+from workflow.scene.progress import of_packing
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
@@ -29,18 +27,16 @@ DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell
 
 
 @dataclass(frozen=True, kw_only=True)
-class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
+class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
 
-    ``template``: the deck, relative to lammps_inputs/, None for that of this name.  ``stages``: names of the deck's stages by
-    number; ``settling``: those with dashpots or drag; ``relaxations``: (stage before, settling stage), pairs that show what
+    ``settling``: the stages with dashpots or drag; ``relaxations``: (stage before, settling stage), pairs that show what
     these did.
     """
 
-    name: ClassVar[str] = ""
-    title: ClassVar[str] = ""
-    template: ClassVar[Path | None] = None
-    stages: ClassVar[dict[int, str]] = {}
+    kind: ClassVar[str] = "packing"
+    figures: ClassVar[tuple[str, ...]] = ("network", "history")
+    stream: ClassVar[str | None] = "method1"  # every method starts from the same gas
     settling: ClassVar[tuple[str, ...]] = ()
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
 
@@ -81,6 +77,26 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
             )
 
     @property
+    def size(self) -> int:
+        """Number of grains."""
+        return self.n
+
+    @property
+    def units(self) -> Units:
+        """Length a, force F0 or, without cohesion, a P."""
+        return Units("a", "F₀" if self.cohesion else "aP", "T₀")
+
+    @property
+    def tolerance(self) -> float:
+        """Forces below ``tolerance`` F1 count as none."""
+        return self.force_tolerance
+
+    @property
+    def cohesive(self) -> bool:
+        """An attraction acts."""
+        return self.cohesion
+
+    @property
     def mean_area(self) -> float:
         """Mean disc area pi <d^2>/4 for d uniform in [smallest, 1]."""
         s = self.smallest
@@ -113,6 +129,11 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""
         return self.pressure
+
+    def alike(self, one: str, other: str) -> bool:
+        """The grains have the same law and load at the ends of two stages."""
+        same = (self.pressure_of(one) or 0.0) == (self.pressure_of(other) or 0.0)
+        return same and self.law_of(one) == self.law_of(other)
 
     @cached_property
     def step_choice(self) -> Step:
@@ -175,16 +196,9 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         contact = 2.0 * math.pi * math.sqrt(0.5 / kn)
         return max(50.0 * contact, 10.0 * 2.0 * math.pi * math.sqrt(self.cell_inertia / kn))
 
-    @property
-    def digest(self) -> str:
-        """Hash of the resolved scene, the run's identity."""
-        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    def random(self, stage: str) -> np.random.Generator:
-        """The random stream of a stage: its seed hashes what the stage depends on, so that stages are independent."""
-        words = hashlib.sha256(f"method1/{stage}/{self.seed}".encode()).digest()  # every method starts from the same gas
-        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
+    def record(self) -> dict[str, Any]:
+        """What is done to the packing that the law does not do."""
+        return {"relaxation": self.relaxation}
 
     def discs(self) -> Discs:
         """The initial discs, as the data file holds them."""
@@ -214,10 +228,6 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
         check = self.check_interval
         return check * min(math.ceil(time / (check * self.step_choice.step)), MOST_STEPS // check)
 
-    def files(self) -> dict[str, str]:
-        """What the deck reads beside its data file: nothing."""
-        return {}
-
     def variables(self) -> dict[str, Any]:
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every
@@ -236,6 +246,16 @@ class Packing(Readings, Numerics, Equilibrium, Cell, Material, Grains):  # field
             "frame_every": every(self.frame_interval) if self.frame_interval else 0,
             "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
+
+    def warnings(self) -> list[str]:
+        """A compression that takes longer than a stage may."""
+        if self.compression_time <= self.max_time:
+            return []
+        return [f"the compression alone takes about {self.compression_time:.0f} T0: raise --max-time"]
+
+    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
+        """Stage, time, solid fraction, pressure, unbalanced force, time left."""
+        return of_packing(series, self, seconds)
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""

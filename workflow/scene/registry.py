@@ -16,6 +16,7 @@ import tomli_w
 
 from workflow.data.files import read_plain
 from workflow.errors import InputError
+from workflow.scene.base import Scene
 from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
@@ -23,8 +24,6 @@ from workflow.scene.method2 import Method2
 from workflow.scene.packing import Packing
 from workflow.scene.parameter import unknown_name
 
-Packed = Packing  # the scenes that assemble a packing
-Scene = Packing | Heap
 SCENES: dict[str, type[Scene]] = {cls.name: cls for cls in (Method1, Method2, Consolidation, Heap)}
 LONGEST, DEEPEST = 1_000_000, 50  # characters of a file, parts of a name a.b.c: more is no file of ours, and slow to read
 DEEP = re.compile(r"""(?:(?:[^\s.="']{1,99}|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*)""" + f"{{{DEEPEST}}}")
@@ -47,8 +46,8 @@ def load_scenes() -> None:
             words = f"{type(fault).__name__}: {fault}"
             raise InputError(f"{SCENES_VARIABLE}: '{path}' gives no scenes ({words}); it must have a list SCENES") from fault
         for scene in found:
-            if not (isinstance(scene, type) and issubclass(scene, Packing) and scene.name and scene.template):
-                raise InputError(f"{SCENES_VARIABLE}: {scene!r} in '{path}' is no Packing with name and template")
+            if not (isinstance(scene, type) and issubclass(scene, Scene) and scene.name and scene.template and scene.kind):
+                raise InputError(f"{SCENES_VARIABLE}: {scene!r} in '{path}' is no Scene with name, template and kind")
             SCENES[scene.name] = scene
 
 

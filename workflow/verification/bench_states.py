@@ -16,7 +16,6 @@ from workflow.errors import InputError
 from workflow.pipeline.archived import archived
 from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.runs.launch import run_template
-from workflow.scene.heap import Heap
 from workflow.scene.placement import cell_length, diameters, gaussian, place
 
 GAS, DENSE = 0.36, 0.80  # solid fractions
@@ -50,16 +49,16 @@ def of_frame(frame: Frame) -> Discs:
 def state_of_run(directory: RunDirectory) -> tuple[list[tuple[str, Callable[[Path], Discs]]], dict[str, object]]:
     """The last frame of a run as the only state, with the law and step of the run.
 
-    Raises InputError for a heap or a cohesive packing, which LAMMPS's own styles cannot hold together.
+    Raises InputError for what is no packing, or a cohesive one, which LAMMPS's own styles cannot hold together.
     """
     scene = directory.scene
-    if isinstance(scene, Heap) or scene.cohesion:
+    law = scene.law_of(list(scene.stages.values())[-1])
+    if law is None or scene.cohesive:
         raise InputError(
             f"'{directory.path}' is no packing without cohesion, what LAMMPS's own styles can hold together; "
             "give a run made with --no-cohesion"
         )
     with Archive(archived(directory) / ARCHIVE) as archive:
         discs = of_frame(archive.frame(-1))
-    law = scene.law_in_units
     common: dict[str, object] = {"kn": law.kn, "zeta": law.zeta, "mu": law.mu, "step": scene.step_choice.step}
     return [(directory.path.name, lambda folder: discs)], common

@@ -10,20 +10,20 @@ from typing import Any
 from workflow.data.table import write_csv
 from workflow.verification import accuracy, crosscheck, crosscheck_few
 from workflow.verification.accuracy import orders, recommend
+from workflow.verification.figures import FIGURES
 from workflow.verification.stability import INACCURATE, OVERLAP, RESIDUAL, UNSTABLE, Verdict
 
 
 def write_accuracy(out: Path, few: list[accuracy.Few], many: list[accuracy.Many], wanted: float, words: str) -> None:
     """Tables, figures and the page."""
     from workflow.reports.study_page import write_page
-    from workflow.verification.accuracy_figures import few_figure, many_figure  # matplotlib is slow to import
 
     slopes, steps = orders(few), recommend(few, wanted)
     write_csv(out / "accuracy.csv", few)
     write_csv(out / "packings.csv", many)
-    few_figure(few, slopes, out / "accuracy.png", wanted=wanted, against_time=True)
-    few_figure(few, slopes, out / "convergence.png", wanted=wanted, against_time=False)
-    many_figure(many, out / "packings.png")
+    FIGURES["accuracy"]["few"].draw(few, slopes, out / "accuracy.png", wanted=wanted, against_time=True)
+    FIGURES["accuracy"]["few"].draw(few, slopes, out / "convergence.png", wanted=wanted, against_time=False)
+    FIGURES["accuracy"]["packings"].draw(many, out / "packings.png")
     table = [
         {"case": row["case"], "variant": row["variant"], "fitted order": slopes.get((str(row["case"]), str(row["variant"]))),
          "steps per period": steps_in_words(row), "step [T0]": row["step"], "least error": row["least_error"]}
@@ -56,10 +56,9 @@ def steps_in_words(row: dict[str, Any]) -> str:
 def write_stability(out: Path, found: list[Verdict], words: str) -> None:
     """Table, map and page."""
     from workflow.reports.study_page import write_page
-    from workflow.verification.stability_figures import stability_map  # matplotlib is slow to import
 
     write_csv(out / "stability.csv", found)
-    stability_map(found, out / "stability.png")
+    FIGURES["stability"]["map"].draw(found, out / "stability.png")
     text = (
         f"Every field is one run at the step of the step rule. {INACCURATE}: energy residual above {100 * RESIDUAL:g} % of the "
         f"energy that went through, overlap above {OVERLAP:g} of the smallest radius, or an unresolved tail. {UNSTABLE}: the "
@@ -75,13 +74,11 @@ def write_stability(out: Path, found: list[Verdict], words: str) -> None:
 
 def write_crosscheck(out: Path, few: Sequence[crosscheck_few.Few], made: Sequence[crosscheck.Result]) -> None:
     """Tables and figures."""
-    from workflow.verification.crosscheck_figures import few_figure, packing_figure  # matplotlib is slow to import
-
     packed = [result.row for result in made]
     if few:
         write_csv(out / "few.csv", few)
-        few_figure(few, out / "few.png")
+        FIGURES["crosscheck"]["few"].draw(few, out / "few.png")
     if packed:
         write_csv(out / "packings.csv", packed)
         write_csv(out / "means.csv", crosscheck.means(packed))
-        packing_figure(made, out / "packings.png")
+        FIGURES["crosscheck"]["packings"].draw(made, out / "packings.png")

@@ -199,11 +199,12 @@ def group(folder: Path, n: int, name: str) -> list[dict[str, Any]]:
     """One group of measures on a frame that is there."""
     rows: list[dict[str, Any]] = []
     scene = RunDirectory.open(folder).scene
-    assert isinstance(scene, Method1)
+    law = scene.law_of(scene.stages[1])
+    assert law is not None
     with Archive(folder / ARCHIVE) as archive:
         frame = archive.frame(-1)
     with measured(rows, f"wf measure --only {name}", n):
-        found = measure_groups(frame, settings_of(scene, scene.law_in_units), [name])[name]
+        found = measure_groups(frame, settings_of(scene, law), [name])[name]
     if "error" in found:
         raise WorkflowError(f"group {name}: {found['error']}")
     return rows

@@ -217,9 +217,9 @@ def judge(trial: Trial, variant: Variant, most_steps: int) -> Verdict:
     """Run one trial."""
     try:
         setting = trial.setting()
-        if isinstance(setting, Heap):
-            return _heap(trial, variant, replace(setting, scheme=variant.scheme))
-        return _measured(trial, variant, setting, most_steps)
+        if isinstance(setting, Setting):
+            return _measured(trial, variant, setting, most_steps)
+        return _heap(trial, variant, replace(setting, scheme=variant.scheme))
     except InputError as fault:
         return Verdict(trial.parameter, trial.value, variant.name, REFUSED, str(fault))
     except WorkflowError as fault:  # an engine that stopped, or positions that are no numbers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workflow.pipeline.collect import _energy_scale, _fastest
+from workflow.pipeline.packing import _energy_scale, _fastest
 
 HELD = ("kinetic", "elastic", "tangential", "rolling", "adhesive")
 PASSED = ("work", "lost_viscous", "lost_sliding", "lost_rolling", "lost_drag")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workflow.data.build import make_frame
-from workflow.pipeline.collect import relaxation
+from workflow.pipeline.packing import relaxation
 
 
 def test_opened_and_closed_contacts_are_counted_by_the_ids_of_their_grains() -> None:

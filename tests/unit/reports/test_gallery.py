@@ -1,13 +1,15 @@
 """Every figure is drawn from frames, and shows what it says."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 from matplotlib import colors
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 
-from workflow.cli.plot import FIGURES, OF_RUNS
 from workflow.data.build import make_frame
 from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
@@ -16,10 +18,14 @@ from workflow.measures.modes import floppy_modes, mobility
 from workflow.measures.registry import Settings
 from workflow.measures.synthetic import ballistic_aggregate
 from workflow.reports import charts, figures, maps, triangles
-from workflow.reports import registry as gallery
-from workflow.reports.registry import PLOTS
+from workflow.reports.of_frames import MOST_DRAWN
+from workflow.reports.registry import FIGURES, STUDY, figures_of
+from workflow.reproduce import figures as of_papers
 from workflow.reproduce import sketches
+from workflow.scene.registry import SCENES
+from workflow.verification import figures as of_studies
 
+PLOTS = FIGURES["network"]
 LAW = Settings(ContactLaw(kn=1.0, kt=1.0, mu=0.5, f0=1.0))
 
 
@@ -56,8 +62,33 @@ def drawn(monkeypatch):
     return caught
 
 
-def test_the_command_line_knows_every_figure():
-    assert set(FIGURES) == {*PLOTS, *OF_RUNS}
+def test_every_figure_has_a_function_that_draws_it():
+    """The registry names functions without importing them: a misspelt one would show first when somebody draws."""
+    assert {of_papers.SKETCH, "accuracy"} <= set(FIGURES) and of_studies.FIGURES is FIGURES
+    for group in FIGURES.values():
+        for figure in group.values():
+            place = dict(zip(figure.draw.__code__.co_freevars, figure.draw.__closure__, strict=True))
+            module, name = (place[word].cell_contents for word in ("module", "name"))
+            assert callable(getattr(import_module(module), name))
+            assert figure.meaning
+
+
+def test_names_of_figures_are_known_without_matplotlib():
+    words = "import sys; from workflow.cli.main import parser; parser(); print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_the_figures_of_a_scene_are_registered(scene):
+    found = figures_of(scene.figures)
+    assert any(figure.unasked for figure in found.values())
+    assert all(figure.of != STUDY for figure in found.values())
+
+
+def test_a_group_of_figures_that_nobody_registered_is_named():
+    with pytest.raises(InputError, match="'weather' is no group of figures"):
+        figures_of(("network", "weather"))
 
 
 @pytest.mark.parametrize("name", PLOTS)
@@ -155,7 +186,7 @@ def test_the_fourth_disc_closes_a_fifth_contact(monkeypatch, tmp_path):
     assert not run.times_of("open")
     assert int((run.gap[-1] < 0).sum()) == 5
     monkeypatch.setattr(sketches, "fourth_disc", lambda: run)
-    sketches.SKETCHES["fourth_disc"](tmp_path / "figure.png")
+    FIGURES["sketch"]["fourth_disc"].draw(tmp_path / "figure.png")
     assert (tmp_path / "figure.png").stat().st_size > 5000
 
 
@@ -175,4 +206,4 @@ def test_what_cannot_be_drawn_is_said(tmp_path):
         with pytest.raises(InputError):
             PLOTS[name].draw([(alone, LAW)], [tmp_path / "x.png"])
     assert not list(tmp_path.iterdir())
-    assert gallery.MOST_DRAWN > 0
+    assert MOST_DRAWN > 0

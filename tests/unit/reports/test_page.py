@@ -22,6 +22,7 @@ from workflow.reports.figures import kinds_of_fig2
 from workflow.reports.page import with_error, write_report
 from workflow.reports.page_data import KINDS, Sheet, unpacked
 from workflow.reports.study_page import template, write_page
+from workflow.reports.views import PackingView
 from workflow.scene.method1 import Method1
 
 CELL, ORIGIN = np.array([6.0, 4.0]), np.array([-2.0, 1.0])
@@ -49,7 +50,7 @@ def sheet(seed: int = 1, **changes: Any) -> Sheet:
     known = {
         "name": f"run {seed}", "title": "a title", "state": "finished", "reason": None, "note": "the last frame",
         "frame": frame, "force_unit": 1.0, "tolerance": 1e-4, "cohesive": True, "length": 1.0,
-        "scene": Method1(seed=seed), "ground": None, "series": series, "measures": measure(frame, force_unit=1.0),
+        "units": Method1(seed=seed).units, "view": PackingView(), "scene": Method1(seed=seed), "series": series, "measures": measure(frame, force_unit=1.0),
         "numbers": [("a", "1")], "provenance": [("command", "wf run")], "text": 'scene = "method1"',
     }  # fmt: skip
     return Sheet(**{**known, **changes})

@@ -47,8 +47,8 @@ def printed(**known: Any) -> Printed:
 @pytest.mark.parametrize("quick", [False, True])
 def test_every_entry_of_a_paper_makes_sense(name: str, quick: bool) -> None:
     """Every scene can be resolved, every stage exists in it, every matrix fits its table, every figure has a kind."""
-    from workflow.cli.plot import FIGURES
-    from workflow.reproduce.sketches import SKETCHES
+    from workflow.reports.registry import FIGURES, figures_of
+    from workflow.reproduce.figures import SKETCH
 
     paper = read_paper(name, quick=quick)
     for number in paper.numbers:
@@ -63,8 +63,10 @@ def test_every_entry_of_a_paper_makes_sense(name: str, quick: bool) -> None:
     places = [(number.case.where, number.quantity) for number in paper.numbers]
     assert len(places) == len(set(places))
     for drawing in paper.drawings:
-        assert drawing.plot in (*FIGURES, *SKETCHES, "heap", "vectors")
-        assert bool(drawing.cases) == (drawing.plot not in SKETCHES)
+        sketch = drawing.plot in FIGURES[SKETCH]
+        assert bool(drawing.cases) != sketch
+        for case in drawing.cases:
+            assert drawing.plot in figures_of(scene_from({**case.options, "seed": 1}).figures)
         assert drawing.shows
     last = {"gilabert2007": 23, "baxter1997": 8}[name]
     assert {int(re.match(r"\d+", drawing.number)[0]) for drawing in paper.drawings} == set(range(1, last + 1))

@@ -19,6 +19,7 @@ from workflow.runs.directory import RunDirectory, default_directory
 from workflow.runs.outputs import Parts
 from workflow.runs.resume_point import Start
 from workflow.scene.method1 import Method1
+from workflow.scene.progress import time_left
 
 SCENE = Method1(n=20, cohesion=False, hold=1.0)
 COLUMNS = ["step", "time", "stage", "solid_fraction", "stress_x", "stress_y", "net_force", "coordination"]
@@ -203,17 +204,17 @@ def test_time_left_of_an_exponential_decay(run: RunDirectory) -> None:
     write_series(run, np.exp(-0.5 * np.arange(21)))
     series = run.series()
     assert series is not None
-    assert watch.time_left(series, scene, 100.0) == "~100 s"
-    assert watch.time_left(series, scene, 1000.0) == "~17 min"
-    assert watch.time_left(series, scene, 36_000.0) == "~10.0 h"
+    assert time_left(series, scene, 100.0) == "~100 s"
+    assert time_left(series, scene, 1000.0) == "~17 min"
+    assert time_left(series, scene, 36_000.0) == "~10.0 h"
 
 
 def test_no_guess_without_progress(run: RunDirectory) -> None:
     write_series(run, np.exp(0.1 * np.arange(21)))
     series = run.series()
     assert series is not None
-    assert watch.time_left(series, SCENE, 10.0) is None
-    assert watch.time_left({name: values[:3] for name, values in series.items()}, SCENE, 10.0) is None
+    assert time_left(series, SCENE, 10.0) is None
+    assert time_left({name: values[:3] for name, values in series.items()}, SCENE, 10.0) is None
 
 
 class Terminal(io.StringIO):

@@ -1,0 +1,133 @@
+"""From sources to the page: the sheet of each run and dump, under names that tell them apart."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from workflow import __version__
+from workflow.archive.read import Archive
+from workflow.data.notes import tell
+from workflow.errors import InputError, WorkflowError
+from workflow.measures.registry import chosen_groups
+from workflow.pipeline.collect import stored_measures
+from workflow.pipeline.sources import Dumps, Run, Source, measures_of_dump
+from workflow.reports.page import write_report
+from workflow.reports.page_data import Sheet
+from workflow.reports.summary import lines
+from workflow.reports.views import VIEWS, PackingView, View
+from workflow.runs.directory import ARCHIVE, FINISHED, RunDirectory
+from workflow.runs.standing import standing
+from workflow.scene.base import Units
+
+
+def write_page_of(given: Sequence[Source], out: Path, command: str) -> None:
+    """Write the page of ``given`` sources, of each run below those that are folders of runs; ``command``: what makes it.
+
+    Of several the page says why one has nothing to show.  Raises InputError.
+    """
+    sources = list({found.name: found for source in given for found in _runs(source)}.values())
+    sheets, absent = [], []
+    for name, source in zip(_names(sources), sources, strict=True):
+        try:
+            sheets.append(_of_run(name, source) if isinstance(source, Run) else _of_dump(name, source, command))
+        except WorkflowError as fault:
+            if len(sources) == 1 or fault.status == 2:
+                raise
+            absent.append((name, _state(source), str(fault)))
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
+    write_report(out, sheets[0].name if len(sources) == 1 else f"{len(sources)} runs", sheets, absent)
+
+
+def _runs(source: Source) -> Sequence[Source]:
+    """The source itself, or the runs below a folder that is none."""
+    if isinstance(source, Dumps) or (source.path / "run.json").is_file():
+        return [source]
+    below = sorted(path.parent for path in source.path.rglob("run.json"))
+    if not below:
+        RunDirectory.open(source.path)  # says what is wrong
+    return [replace(source, path=path) for path in below]
+
+
+def _names(sources: Sequence[Source]) -> list[str]:
+    """Names of the sources, with as many of their folders as it takes to tell them apart."""
+    paths = [Path(source.name).resolve() for source in sources]
+    for parts in range(1, max(len(path.parts) for path in paths) + 1):
+        names = ["/".join(path.parts[-parts:]) for path in paths]
+        if len(set(names)) == len(names):
+            break
+    return names
+
+
+def _state(source: Source) -> str:
+    try:
+        return str(standing(RunDirectory.open(source.folder))["status"]) if isinstance(source, Run) else "dump"
+    except WorkflowError:
+        return "damaged"
+
+
+def _of_run(name: str, source: Run) -> Sheet:
+    directory = source.run
+    scene, state = directory.scene, standing(directory)
+    with Archive(directory / ARCHIVE) as archive:
+        frame, count, origin = archive.frame(source.number), len(archive), archive.provenance
+        series = archive.series
+    last = source.number % count == count - 1
+    measures = stored_measures(directory) if last and not source.options else source.measures(None)
+    note = f"Frame {source.number % count + 1} of {count}, stage {frame.stage}, t = {frame.time:.6g}, step {frame.step}."
+    if state["status"] != FINISHED:
+        note = f"The run is {state['status']}: this is how far it came. {note}"
+    return Sheet(
+        name=name, title=scene.title, state=state["status"], reason=state["reason"], note=note, frame=frame,
+        force_unit=scene.force_unit, tolerance=scene.tolerance, cohesive=scene.cohesive, length=1.0, units=scene.units,
+        view=VIEWS.get(scene.kind, View)(), scene=scene, series=series, measures=measures,
+        numbers=list(lines(measures)), provenance=_provenance(directory, origin),
+        text=(directory / "scene.toml").read_text(encoding="utf-8"),
+    )  # fmt: skip
+
+
+def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """From run.json and the archive: what made the run, with what, and how to repeat it."""
+    state, path = directory.state, shlex.quote(str(directory.path))
+    seconds = state.get("seconds")
+    rows = {
+        "directory": str(directory.path.resolve()), "command": state.get("command"), "started": state.get("started"),
+        "finished": state.get("finished"), "run time": None if seconds is None else f"{seconds:.1f} s",
+        "MPI ranks": state.get("ranks"), "step": f"{origin['step']:.6g}: {origin['step_reason']}" if "step" in origin else None,
+        "relaxation": origin.get("relaxation"), "digest of the scene": state["digest"],
+        **{f"version of {name}": version for name, version in state["versions"].items()},
+        **{f"SHA-256 of {name}": hashed for name, hashed in origin.get("hashes", {}).items()},
+        "to repeat it": f"wf verify {path}, or wf run {path}/scene.toml --out again", "page by": f"workflow {__version__}",
+    }  # fmt: skip
+    return [(name, str(value)) for name, value in rows.items() if value is not None]
+
+
+def _of_dump(name: str, source: Dumps, command: str) -> Sheet:
+    frame, law = source.frame()
+    tell(frame.notes)
+    frame.need("the page of a dump", "normal", "tangential", "diameter", "gap")
+    measures = measures_of_dump(frame, law, chosen_groups(None, frame.grains))
+    files = [("grains", path) for path in source.files.grains] + [("contacts", path) for path in source.files.contacts]
+    rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files]
+    said = [("note", note) for note in frame.notes]
+    clock = "" if "time" in frame.lacks else f"t = {frame.time:.6g}, "
+    return Sheet(
+        name=name, title="dump of another program", state="dump", reason=None,
+        note=f"Frame {source.number}, {clock}step {frame.step}.", frame=frame, force_unit=law.force_unit,
+        tolerance=law.tolerance, cohesive=law.law.cohesive, length=law.length,
+        units=Units("a", "F₀" if law.law.cohesive else "F₁", "T₀"), view=PackingView(), scene=None, series={},
+        measures=measures, numbers=list(lines({key: value for key, value in measures.items() if key != "notes"})),
+        provenance=[*said, *rows, ("command of this page", command), ("page by", f"workflow {__version__}")], text="",
+    )  # fmt: skip
+
+
+def _hash(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,155 @@
+"""The interface of a scene: what is run, in which stages, units and steps, and what the floors above do with a run of it.
+
+A scene stands below decks, runs, measures and reports and imports none of them.  It declares by names what they are to do
+with a run of it, and their registries hold each under that name:
+
+``kind``      what the run ends in: its measures in `workflow.pipeline.kinds.KINDS`; its summary in
+              `workflow.reports.summary.SUMMARIES` and its page in `workflow.reports.views.VIEWS`, where a kind without an
+              entry is shown number by number
+``figures``   groups of figures of `workflow.reports.registry.FIGURES`
+
+Names, not functions: a scene is then read without HDF5, SciPy or matplotlib, imports lead down only, and a file from outside
+adds entries to the same registries (docs/extending.md).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from workflow.data.contact_law import ContactLaw
+from workflow.data.discs import Discs
+from workflow.data.frame import Floats
+from workflow.scene.parts import Readings
+from workflow.scene.time_step import Step
+
+
+class Units(NamedTuple):
+    """Names of the units of length, force and time."""
+
+    length: str
+    force: str
+    time: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene(Readings):
+    """Base of every scene; every parameter is a field (`quantity`), every derived number a property.
+
+    ``name`` on the command line and in files, ``title`` in words; ``template``: the deck, relative to lammps_inputs/, None
+    for that of this name; ``stages``: names of the deck's stages by number; ``kind`` and ``figures`` as in the module's
+    text; ``stream``: first word of the seeds of its random streams, None for its name.
+
+    To be given: `size`, `step_choice`, `discs` and `variables`.  The rest has a default.
+    """
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    kind: ClassVar[str] = ""
+    template: ClassVar[Path | None] = None
+    stages: ClassVar[dict[int, str]] = {}
+    figures: ClassVar[tuple[str, ...]] = ()
+    stream: ClassVar[str | None] = None
+
+    # ---- what is run
+    @property
+    def size(self) -> int:
+        """Number of grains."""
+        raise NotImplementedError
+
+    @property
+    def step_choice(self) -> Step:
+        """The time step with its reason."""
+        raise NotImplementedError
+
+    def discs(self) -> Discs:
+        """The initial discs, as the data file holds them."""
+        raise NotImplementedError
+
+    def files(self) -> dict[str, str]:
+        """What the deck reads beside its data file: name -> text."""
+        return {}
+
+    def variables(self) -> dict[str, Any]:
+        """Values of the variables of the deck."""
+        raise NotImplementedError
+
+    @property
+    def digest(self) -> str:
+        """Hash of the resolved scene, the run's identity."""
+        text = json.dumps({"scene": self.name, **self.as_mapping()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def random(self, stage: str) -> np.random.Generator:
+        """The random stream of a stage: its seed hashes what the stage depends on, so that stages are independent."""
+        words = hashlib.sha256(f"{self.stream or self.name}/{stage}/{self.as_mapping().get('seed')}".encode()).digest()
+        return np.random.default_rng(np.frombuffer(words, dtype=np.uint32))
+
+    # ---- what its numbers mean
+    @property
+    def units(self) -> Units:
+        """Names of its units."""
+        return Units("a", "F₁", "T₀")
+
+    @property
+    def force_unit(self) -> float:
+        """F1, in which forces are judged and drawn."""
+        return 1.0
+
+    @property
+    def tolerance(self) -> float:
+        """Forces below ``tolerance`` F1 count as none."""
+        return 1e-4
+
+    @property
+    def cohesive(self) -> bool:
+        """An attraction acts."""
+        return False
+
+    def law_of(self, stage: str) -> ContactLaw | None:
+        """The law of G07 at the end of a stage; None under another law, which the groups of measures do not know."""
+        return None
+
+    def pressure_of(self, stage: str) -> float | None:
+        """Stress imposed in a stage, None in a cell of fixed size."""
+        return None
+
+    def alike(self, one: str, other: str) -> bool:
+        """The grains have the same law and load at the ends of two stages."""
+        return one == other
+
+    def record(self) -> dict[str, Any]:
+        """What the archive keeps of it beside its parameters."""
+        return {}
+
+    # ---- what it says
+    @property
+    def sample(self) -> str:
+        """Which sample it is: its seed, if it has one, and the number of grains."""
+        seed = self.as_mapping().get("seed")
+        return f"N = {self.size}" if seed is None else f"seed {seed}, N = {self.size}"
+
+    def warnings(self) -> list[str]:
+        """What is unusual, a sentence each."""
+        return []
+
+    def left_out(self) -> list[str]:
+        """What this scene does not use and therefore does not pay for."""
+        return []
+
+    def notes(self) -> list[str]:
+        """Sentences before a run: the step and its reason, what is unusual, what is left out."""
+        choice, out = self.step_choice, self.left_out()
+        step = f"step {choice.step:.3g} T0: {choice.reason}"
+        return [step, *self.warnings(), *([f"left out, not paid for: {', '.join(out)}"] if out else [])]
+
+    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
+        """One line while it runs: stage, time and what the time series tells; ``seconds`` it took so far, None: unknown."""
+        last = {name: float(values[-1]) for name, values in series.items()}
+        return f"{self.stages.get(int(last['stage']), '?'):9s} t {last['time']:8.2f}"

@@ -128,7 +128,7 @@ def test_figures_of_assembling_are_drawn(whole: Whole, packing: Path, wf: Wf, tm
     names = {"density.png", "density.svg", "pores.png", "agitation.png"}
     assert {file.name for file in (tmp_path / "figures").iterdir()} == names
     done = wf("plot", str(packing), "--figure", "agitation")
-    assert done.returncode == 2 and "--figure agitation shows nothing of" in done.stderr
+    assert done.returncode == 2 and "figure 'agitation' shows nothing of" in done.stderr
     done = wf("plot", str(whole[0]), str(packing), "--figure", "agitation", "--out", "mixed")
     assert done.returncode == 2 and "is method1, whose grains start at rest" in done.stderr
     assert wf("plot", str(packing), str(whole[0])).returncode == 2

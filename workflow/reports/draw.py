@@ -51,7 +51,7 @@ def _chosen(source: Source, asked: str | None) -> dict[str, Figure]:
         if name not in known:
             other = any(name in figures for figures in FIGURES.values())
             what = f"shows nothing of '{source.name}'" if other else "is not known"
-            raise InputError(f"--figure {name} {what}; choose from {', '.join(known)}, or all")
+            raise InputError(f"figure '{name}' {what}; choose from {', '.join(known)}, or all")
     return {name: known[name] for name in names}
 
 

@@ -107,7 +107,7 @@ WRONG: dict[str, tuple[Callable[[workflow.Run], object], str]] = {
     "law of a run": (lambda run: workflow.measure(run, law=workflow.ContactLaw(1.0)), "a run has its own"),
     "figure": (lambda run: workflow.plot(run, "forcs"), "figure 'forcs' is not known"),
     "format": (lambda run: workflow.plot(run, out="a.xyz"), "'a.xyz' has no format"),
-    "page": (lambda run: workflow.report(run, "a.txt"), "a.txt is not allowed"),
+    "page": (lambda run: workflow.report(run, "a.txt"), "a.txt'? is not allowed"),
     "grid": (lambda run: workflow.sweep("method1", {"mu": 0.3}), "must be a list"),  # type: ignore[dict-item]
     "jobs": (lambda run: workflow.sweep("method1", {"mu": [0.3]}, jobs=0), "at least 1"),
 }

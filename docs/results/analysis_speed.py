@@ -61,14 +61,14 @@ def one(run: Path, times: tuple[int, int], name: str) -> dict[str, object]:
     from workflow.archive.read import Archive
     from workflow.data.build import repeat
     from workflow.measures.registry import measure_groups
-    from workflow.pipeline.collect import constants_of
+    from workflow.pipeline.collect import settings_of
     from workflow.runs.directory import RunDirectory
 
     number, whole = grains_of(run), times == (1, 1)
     if not (whole and name in READING):
         with Archive(run / "run.h5") as archive:
             frame = repeat(archive.frame(-1), times)
-        law = constants_of(RunDirectory.open(run).scene, RunDirectory.open(run).scene.law_of(frame.stage))
+        law = settings_of(RunDirectory.open(run).scene, RunDirectory.open(run).scene.law_of(frame.stage))
     start, work = time.perf_counter(), time.process_time()
     if whole and name in READING:
         result: dict = {name: {"frames": reading(run, name)}}

@@ -25,7 +25,7 @@ from workflow.measures.density import autocorrelation, average, scattering
 from workflow.measures.fractal import fit_fractal
 from workflow.measures.holes import holes
 from workflow.measures.registry import shells
-from workflow.pipeline.collect import constants_of
+from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory
 
 TOPS = (np.pi, 4.5, 2 * np.pi)
@@ -77,7 +77,7 @@ def states(run):
     for frame, pressure in zip(frames, (0.0, scene.pressure), strict=True):
         kind = {"digest": directory.state["digest"][:12], "grains": scene.n, "rolling": scene.rolling, "seed": scene.seed,
                 "cell_mass": scene.cell_mass, "rate_cap": scene.rate_cap, "pstar": pressure, "samples": 1}  # fmt: skip
-        yield kind, frame, constants_of(scene, scene.law_of(frame.stage))
+        yield kind, frame, settings_of(scene, scene.law_of(frame.stage))
 
 
 def main(runs):

@@ -18,7 +18,7 @@ from workflow.data.balance import solid_fraction
 from workflow.measures.contacts import coordination
 from workflow.measures.density import scattering
 from workflow.measures.registry import shells
-from workflow.pipeline.collect import constants_of
+from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory
 
 NAMES = (
@@ -53,7 +53,7 @@ def measured(run):
         "largest": int(last["largest_aggregate"]),
         "solid_fraction": solid_fraction(frame), "z": coordination(frame, threshold=0.0).z,
     }  # fmt: skip
-    law = constants_of(scene, scene.law_of(frame.stage))
+    law = settings_of(scene, scene.law_of(frame.stage))
     for row in (*fits(scattering(frame, shells(frame, law))), {"fit": "real space"} | real_space(frame)):
         row |= {"2_pi_xi": 2 * np.pi * row["xi"]} if "xi" in row else {}
         yield {name: f"{value:.5g}" if isinstance(value, float) else value for name, value in (kind | row).items()}

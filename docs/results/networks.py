@@ -21,7 +21,7 @@ from workflow.measures.clusters import local_coordination
 from workflow.measures.contacts import measure
 from workflow.measures.density import scattering
 from workflow.measures.registry import density_of, measure_groups, shells
-from workflow.pipeline.collect import constants_of
+from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory
 
 GROUPS = ("forces", "clusters", "rigidity", "self_stress", "holes")
@@ -39,7 +39,7 @@ def states(run: Path):
         if scene.pressure:
             chosen.append(archive.frame(-1))
     for frame in chosen:
-        yield frame, constants_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage) or 0.0
+        yield frame, settings_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage) or 0.0
 
 
 def row(run: Path, kind: dict[str, object], frame, law, pressure: float) -> dict[str, object]:
@@ -47,7 +47,7 @@ def row(run: Path, kind: dict[str, object], frame, law, pressure: float) -> dict
     numbers = measure(frame, force_unit=law.force_unit, targets=(pressure, pressure))
     found = measure_groups(frame, law, GROUPS)
     people, network, holes = found["forces"]["populations"], found["rigidity"], found["holes"]
-    bars = 3 if law.rolling else 2
+    bars = 3 if law.law.rolling else 2
     counted = bars * network["contacts"] + network["distant"] + network["floppy_modes"] - 3 * frame.grains - 2
     assert counted == network["hyperstaticity"]
     loose = int((local_coordination(frame, least=2) == 0).sum())  # grains that hang on one contact, or on a chain of such

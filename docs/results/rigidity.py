@@ -17,7 +17,7 @@ from workflow.errors import WorkflowError
 from workflow.measures.contacts import measure
 from workflow.measures.modes import without_loose
 from workflow.measures.rigidity import rigidity
-from workflow.pipeline.collect import constants_of
+from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory
 
 KIND = ("method", "series", "n", "phi0", "mu", "rolling", "cell_mass", "rate_cap", "seed")
@@ -35,9 +35,9 @@ def row(run):
     except WorkflowError as fault:
         print(fault, flush=True)
         return None
-    law, pressure = constants_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage)
+    law, pressure = settings_of(scene, scene.law_of(frame.stage)), scene.pressure_of(frame.stage)
     numbers = measure(frame, force_unit=law.force_unit, targets=(pressure, pressure))
-    found = rigidity(frame, springs=law.springs, free_cell=True, **law.resists).as_dict()
+    found = rigidity(frame, law=law.law, free_cell=True, **law.resists).as_dict()
     grains, pairs = frame.grains, found["contacts"] + found["distant"]
     rows, freedom = (3, 3) if scene.rolling else (2, 3) if scene.mu else (1, 2)  # of a contact, of a grain
     values = vars(scene) | {"method": type(scene).__name__, "rolling": scene.rolling}

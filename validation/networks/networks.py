@@ -47,7 +47,7 @@ def row(run: Path, kind: dict[str, object], frame, law, pressure: float) -> dict
     numbers = measure(frame, force_unit=law.force_unit, targets=(pressure, pressure))
     found = measure_groups(frame, law, GROUPS)
     people, network, holes = found["forces"]["populations"], found["rigidity"], found["holes"]
-    bars = 3 if law.rolling else 2
+    bars = 3 if law.law.rolling else 2
     counted = bars * network["contacts"] + network["distant"] + network["floppy_modes"] - 3 * frame.grains - 2
     assert counted == network["hyperstaticity"]
     loose = int((local_coordination(frame, least=2) == 0).sum())  # grains that hang on one contact, or on a chain of such

@@ -107,7 +107,7 @@ WRONG: dict[str, tuple[Callable[[workflow.Run], object], str]] = {
     "law of a run": (lambda run: workflow.measure(run, law=workflow.ContactLaw(1.0)), "a run has its own"),
     "figure": (lambda run: workflow.plot(run, "forcs"), "figure 'forcs' is not known"),
     "format": (lambda run: workflow.plot(run, out="a.xyz"), "'a.xyz' has no format"),
-    "page": (lambda run: workflow.report(run, "a.txt"), "a.txt is not allowed"),
+    "page": (lambda run: workflow.report(run, "a.txt"), "a.txt'? is not allowed"),
     "grid": (lambda run: workflow.sweep("method1", {"mu": 0.3}), "must be a list"),  # type: ignore[dict-item]
     "jobs": (lambda run: workflow.sweep("method1", {"mu": [0.3]}, jobs=0), "at least 1"),
 }
@@ -123,3 +123,13 @@ def test_wrong_input_is_one_sentence_and_nothing_is_written(
         WRONG[name][0](packing)
     assert issubclass(fault.type, WorkflowError | ValueError) and "\n" not in str(fault.value)
     assert not list(tmp_path.iterdir()) and sorted(packing.directory.iterdir()) == before
+
+
+def test_program_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    page = Path(__file__).resolve().parents[3] / "docs" / "python.md"
+    program = page.read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
+    monkeypatch.chdir(tmp_path)
+    exec(compile(program.replace("n=400", "n=60, phi0=0.6, kappa=1e3"), page.name, "exec"), {})
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith("finished 0.") and len(printed) == 7
+    assert {"dense", "dense.html", "forces.svg", "friction"} <= {path.name for path in tmp_path.iterdir()}

@@ -63,6 +63,7 @@ private:
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
+  require_version(lmp, "22 Jul 2025");
   stay_loaded();
   lammpsplugin_t plugin{"22 Jul 2025", "pair", "disc/capped", "a spring of limited force", "you", {}, handle};
   plugin.creator.v1 = &create_pair<PairDiscCapped>;

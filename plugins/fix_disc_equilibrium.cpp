@@ -240,8 +240,8 @@ void FixDiscEquilibrium::label_aggregates()
     return i;
   };
   for (int i = nlocal; i < nall; i++) {    // images of one grain are one
-    const int owned = atom->map(atom->tag[i]);
-    root[find(i)] = find(owned);
+    const int owner = atom->map(atom->tag[i]);
+    root[find(i)] = find(owner);
   }
   pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
 

@@ -22,8 +22,9 @@ namespace LAMMPS_NS
      largest net force < e_f F1, largest net moment < e_f F1 a
      kinetic energy per grain < e_k F1 a, beyond the mean drift; of all grains where the law attracts, else of the
        supported ones, since no force stops the others
-     on each controlled axis |stress - S| < min(e_f F1/a, e_s |S|), the second bound not for S = 0; the contacts must bear
-       it: the part from pair forces alone keeps that bound too, so that neither an empty cell nor a gas is in equilibrium
+     on each controlled axis |stress - S| < min(e_f F1/a, e_s |S|), the second bound not for S = 0; the contacts must
+       bear it: the part from pair forces alone keeps that bound too, so that neither an empty cell nor a gas is in
+       equilibrium
 
    Defaults: length 1, force 1e-4, energy 5e-8, share 0.01, hold 0.
 
@@ -40,14 +41,15 @@ namespace LAMMPS_NS
      8, 9    contacts, distant pairs
      10      time the criteria have held
      11, 12  largest overlap, fastest approach of two grains that interact, at this check
-     13      time since the network last changed: the contacts of supported grains, and the number of aggregates, if counted
+     13      time since the network last changed: the contacts of supported grains, and the number of aggregates, if
+             counted
      14      1 once the stop file exists
      15, 16  number of aggregates, grains in the largest (0 unless asked for with `aggregates yes`): sets of grains
              connected by contacts or distant pairs, through the periodic cell; a lone grain is one
-     17      largest error of the stress over its tolerance, of both axes, of the whole and of its part from pair forces (0
-             without a controlled axis)
-     18-20   over all steps so far, not only those checked: largest overlap, fastest approach of two grains that interact,
-             longest way of such an approach in one step */
+     17      largest error of the stress over its tolerance, of both axes, of the whole and of its part from pair
+             forces (0 without a controlled axis)
+     18-20   over all steps so far, not only those checked: largest overlap, fastest approach of two grains that
+             interact, longest way of such an approach in one step */
 // clang-format on
 class FixDiscEquilibrium : public Fix
 {

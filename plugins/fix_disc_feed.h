@@ -15,15 +15,15 @@ namespace LAMMPS_NS
 
    Particle insertion: each grain falls from rest at height h, under the gravity g, from the time that FILE gives it.
    Lines of FILE: tag, time, x, diameter; times increase.  A grain that falls freely is no atom: its place is known in
-   closed form.  Every N steps a grain that is closer than `a` (default 3) to where an atom of the group could meet it is
-   inserted: it becomes an atom of type t in the group, of mass m diameter^2, with the place and the velocity that the
-   fall has given it.  Waiting until then changes nothing but the cost, as long as no pair closes in by more than a within
-   N steps.
+   closed form.  Every N steps a grain that is closer than `a` (default 3) to where an atom of the group could meet it
+   is inserted: it becomes an atom of type t in the group, of mass m diameter^2, with the place and the velocity that
+   the fall has given it.  Waiting until then changes nothing but the cost, as long as no pair closes in by more than a
+   within N steps.
 
    Atoms of the group that come within 1 of the sides or of the lower face of the box are removed.
 
-   Vector: 1 grains still to be released or falling; 2 grains inserted; 3 grains removed; 4 energy brought in, the sum of
-   m g h; 5 energy taken out with removed grains (kinetic and m g y); 6 height of the highest atom of the group. */
+   Vector: 1 grains still to be released or falling; 2 grains inserted; 3 grains removed; 4 energy brought in, the sum
+   of m g h; 5 energy taken out with removed grains (kinetic and m g y); 6 height of the highest atom of the group. */
 // clang-format on
 class FixDiscFeed : public Fix
 {

@@ -18,8 +18,8 @@ namespace LAMMPS_NS
 
    Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control.
 
-   stress S_x S_y    imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed and
-                     no stress is summed
+   stress S_x S_y    imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed
+                     and no stress is summed
    cell lengths      W d2L_a/dt2 = L_b (sigma_aa - S_a), W = m sum(m_i): Parrinello and Rahman's equation for the two
                      lengths (a, b the two axes); default
    cell strain       M d2eps/dt2 = S_a - sigma_aa, eps = 1 - L/L^0, M = m sum(m_i)/L with L = sqrt(L_x L_y) at the start
@@ -27,16 +27,18 @@ namespace LAMMPS_NS
    mass m            see `cell`; default 0.6
    rate r            cap on |d eps/dt|, 0 for none (default)
    wall u            cap on |dL/dt|, 0 for none (default)
-   convention c      momentum convention: c in m dv/dt = F + c m (dL/dt / L) v: 0 (default) as physics demands of a velocity relative to the
-                     affine motion in G07, 1 for L d2s/dt2 = F/m, -1 for the Hamiltonian of Parrinello and Rahman (s = r/L)
-   drag g            background damping, a relaxation aid and not part of the law: -g m v, -g I w and -g M d eps/dt; default 0
-   quench 0|1        relaxation aid: a wall that moves against the stress that is left to balance is stopped, so that the
-                     cell comes to rest within a few of its periods, however soft the packing; default 0
+   convention c      momentum convention: c in m dv/dt = F + c m (dL/dt / L) v, 0 (default) as physics demands of a
+                     velocity relative to the affine motion in G07, 1 for L d2s/dt2 = F/m, -1 for the Hamiltonian of
+                     Parrinello and Rahman (s = r/L)
+   drag g            background damping, a relaxation aid and not part of the law: -g m v, -g I w and -g M d eps/dt;
+                     default 0
+   quench 0|1        relaxation aid: a wall that moves against the stress that is left to balance is stopped, so that
+                     the cell comes to rest within a few of its periods, however soft the packing; default 0
    gravity g_x g_y   acceleration of every grain (default 0 0); weights are part of the forces on the atoms
    fixed GROUP       grains of this group stay where they are, whatever acts on them; their forces read 0
 
    fix_modify ID stress S_x S_y   starts a new stage: new targets, strain measured from the present cell
-   fix_modify ID drag g           switches the drag on or off; quench likewise
+   fix_modify ID drag g           switches the background damping on or off; quench likewise
 
    Vector: 1, 2 stresses; 3, 4 strain rates d eps/dt; 5 work done on the grains by the cell; 6 W or M; 7 energy taken by
    the background damping; 8 potential energy of the weights, - sum of m g.x over the grains that move. */

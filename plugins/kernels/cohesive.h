@@ -91,30 +91,25 @@ struct Cohesive {
   using H = CohesiveHistory;
   CohesiveLaw law;
 
-  /* The constants of a pass.  A local copy tells the compiler that no store into the block changes them. */
-  struct Constants {
-    double kn, kt, kr, zeta, f0, d0, cutoff_gap, cohesion_slope, dt, extrapolation;
+  /* The constants of a pass: the law, and what follows from it.  A local copy tells the compiler that no store into the
+     block changes them. */
+  struct Constants : CohesiveLaw {
+    double range, slope;              // cutoff gap; F0/D0
+    double dt, extrapolation;         // of the step
     double xi_t_limit, xi_r_limit;    // per elastic repulsion: mu/K_T, mu_r/K_r
     double gamma_t, gamma_r;          // of the dashpots, per critical damping of the pair and per step
   };
 
   DISC_INLINE Constants constants(const StepKinematics &step) const
   {
-    const double dt = step.dt;
-    return {law.kn,
-            law.kt,
-            law.kr,
-            law.zeta,
-            law.f0,
-            law.d0,
-            law.cutoff_gap(),
-            COHESION ? law.f0 / law.d0 : 0.0,
-            dt,
-            step.extrapolation,
-            FRICTION ? law.mu / law.kt : 0.0,
-            ROLLING ? law.mur / law.kr : 0.0,
-            DASHPOTS && FRICTION && dt > 0.0 ? law.zetat * std::sqrt(law.kt / law.kn) / dt : 0.0,
-            DASHPOTS && ROLLING && dt > 0.0 ? law.zetar * std::sqrt(0.125 * law.kr / law.kn) / dt : 0.0};
+    Constants c{law, 0.0, 0.0, step.dt, step.extrapolation, 0.0, 0.0, 0.0, 0.0};
+    c.range = law.cutoff_gap();
+    if (COHESION) c.slope = law.f0 / law.d0;
+    if (FRICTION) c.xi_t_limit = law.mu / law.kt;
+    if (ROLLING) c.xi_r_limit = law.mur / law.kr;
+    if (DASHPOTS && FRICTION && c.dt > 0.0) c.gamma_t = law.zetat * std::sqrt(law.kt / law.kn) / c.dt;
+    if (DASHPOTS && ROLLING && c.dt > 0.0) c.gamma_r = law.zetar * std::sqrt(0.125 * law.kr / law.kn) / c.dt;
+    return c;
   }
 
   // ---- the terms, as forces of i on j ----
@@ -131,7 +126,7 @@ struct Cohesive {
   // size of the attraction: F0 in contact, F0 (1 - h/D0) in the tail (eqs. 4, 5)
   static DISC_INLINE double cohesion(const Constants &c, double h)
   {
-    return h < 0.0 ? c.f0 : h < c.d0 ? c.f0 - c.cohesion_slope * h : 0.0;
+    return h < 0.0 ? c.f0 : h < c.d0 ? c.f0 - c.slope * h : 0.0;
   }
 
   // tangential spring F_t = -K_T xi_t, |F_t| <= mu F_ne (eq. 8); xi_t grows by dxi
@@ -222,7 +217,7 @@ struct Cohesive {
         b.moment[k] = mr;
       }
       b.overlap[k] = -h > b.overlap[k] ? -h : b.overlap[k];
-      const double approach = h < c.cutoff_gap ? -vn_mid : 0.0;
+      const double approach = h < c.range ? -vn_mid : 0.0;
       b.approach[k] = approach > b.approach[k] ? approach : b.approach[k];
       b.fx[k] = normal * nx - ft * ny;
       b.fy[k] = normal * ny + ft * nx;

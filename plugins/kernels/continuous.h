@@ -165,7 +165,7 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       copy(vt, b.history[H::VT]);
     }
     alignas(64) double inverses[BLOCK], power[BLOCK], base[BLOCK];
-    Sliding slide;
+    Sliding sliding;
     for (int k = 0; k < count; k++) {
       inverses[k] = 1.0 / std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
       base[k] = b.radsum[k] * inverses[k];
@@ -213,9 +213,9 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
         xi_t[k] = xi;
         if (SECOND) {
           vt[k] = vt_damped;
-          slide.vt_mid[k] = vt_mid;
-          slide.vt_end[k] = vt_end;
-          slide.ft_damp[k] = force.damping;
+          sliding.vt_mid[k] = vt_mid;
+          sliding.vt_end[k] = vt_end;
+          sliding.ft_damp[k] = force.damping;
         }
         if (DISSIPATION) {
           const double viscous = -force.damping * (vt_end + (vt_mid - vt_damped)) * dt;
@@ -237,14 +237,14 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     }
     if (SECOND && any(b.contact_changed, count))
       for (int k = 0; k < count; k++)
-        if (b.contact_changed[k] != 0.0) correct_contact_onset<DISSIPATION>(dt, slide, b, k);
+        if (b.contact_changed[k] != 0.0) correct_contact_onset<DISSIPATION>(dt, sliding, b, k);
   }
 
   /* Pair k came within r0 in the step that ends here (fraction q of the step in contact), or will leave it in the next
      one (fraction q_next of that step).  The tangential damping begins like one over the root of the time since r0: its
      mean over that time is twice its present value, so that 2 q - 1/2 of it is missing. */
   template <bool DISSIPATION>
-  DISC_INLINE void correct_contact_onset(double dt, const Sliding &slide, Block &__restrict b, int k) const
+  DISC_INLINE void correct_contact_onset(double dt, const Sliding &sliding, Block &__restrict b, int k) const
   {
     const double r = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]), nx = b.bx[k] / r, ny = b.by[k] / r;
     const double vn_mid = b.history[H::VN][k], vn_end = b.vn_end[k];
@@ -260,9 +260,9 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     fn_damp += added_damping;
     if (DISSIPATION) b.dissipated_viscous[k] -= 0.5 * added_damping * vn_mid * dt;
     if (FRICTION) {
-      const double fn_elastic = law.elastic(r, b.radsum[k]), vt_mid = slide.vt_mid[k], vt_end = slide.vt_end[k];
+      const double fn_elastic = law.elastic(r, b.radsum[k]), vt_mid = sliding.vt_mid[k], vt_end = sliding.vt_end[k];
       double &ft = b.history[H::FT][k], &xi_t = b.history[H::XI_T][k];
-      Tangential force = {ft - slide.ft_damp[k], slide.ft_damp[k]};
+      Tangential force = {ft - sliding.ft_damp[k], sliding.ft_damp[k]};
       if (entered) {
         xi_t = 0.0;
         force = tangential(depth, fn_elastic, b.pair_constant[k], damping_limit(dt), vt_end, vt_mid * q * dt, xi_t);
@@ -270,7 +270,7 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       const double damping_share = 1.0 + missing_next + (entered ? 2.0 * q - 0.5 : 0.0);
       added_tangential = (1.0 + missing) * force.elastic + damping_share * force.damping - ft;
       if (DISSIPATION) {
-        const double viscous = -(damping_share * force.damping - slide.ft_damp[k]) * vt_end * dt;
+        const double viscous = -(damping_share * force.damping - sliding.ft_damp[k]) * vt_end * dt;
         b.dissipated_viscous[k] += viscous;
         b.dissipated_sliding[k] -= 0.5 * added_tangential * vt_mid * dt + viscous;
       }

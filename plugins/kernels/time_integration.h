@@ -58,8 +58,8 @@ DISC_WIDEST StepSums integrate(const HalfKick &kick, const Drift &drift, const I
       double w = g.w;
       for (int half = 0; half < FINAL + INITIAL; half++) {
         if (SCALED) {
-          scaled[FINAL ? half : 1] +=
-              inertia[i].mass * (xv[2] * xv[2] + xv[3] * xv[3]) + w * w / inertia[i].inverse_moment;
+          const double iw2 = inertia[i].inverse_moment > 0.0 ? w * w / inertia[i].inverse_moment : 0.0;
+          scaled[FINAL ? half : 1] += inertia[i].mass * (xv[2] * xv[2] + xv[3] * xv[3]) + iw2;
           xv *= v_scaling;
           w *= kick.omega_scaling;
         }

@@ -35,7 +35,7 @@ def build(folder: Path, built_for: str) -> Path:
 
 def test_another_version_is_refused(discs: Callable[..., Any], tmp_path: Path) -> None:
     sample = discs(**TWO)
-    with pytest.raises(Exception, match="built for LAMMPS 10 Sep 2025.*this is version 20250722: build it for this one"):
+    with pytest.raises(Exception, match=r"built for LAMMPS 10 Sep 2025.*this is version 20250722: build it for this one"):
         sample.command(f"plugin load {build(tmp_path, '10 Sep 2025')}")
 
 

@@ -134,6 +134,8 @@ def test_figures_are_measured_after_a_restart(discs: Callable[..., Any], scene: 
 def test_contact_history_of_another_law_is_refused(discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path) -> None:
     """Columns of one law are not those of another: never read as such."""
     sample = discs(**scene).run(100).command(f"write_restart {tmp_path / 'c'}")
-    text = reader(tmp_path / "c").replace("neigh_modify", "pair_style disc/continuous\npair_coeff * * index 36 mu 0.5\nneigh_modify")
+    text = reader(tmp_path / "c").replace(
+        "neigh_modify", "pair_style disc/continuous\npair_coeff * * index 36 mu 0.5\nneigh_modify"
+    )
     with pytest.raises(Exception, match="contact history of another version of the plugin or of another law"):
         type(sample)(text.replace("disc/cohesive", "disc/continuous") + "run 0", tmp_path)

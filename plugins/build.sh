@@ -25,7 +25,11 @@ done
 if [ -f "$headers/version.h" ] && ! grep -q "\"$version\"" "$headers/version.h"; then
   fail "'$headers' is not the source of '$lmp' ($version): $(grep LAMMPS_VERSION "$headers/version.h")"
 fi
-[ "$version" = "22 Jul 2025" ] || echo "build.sh: LAMMPS $version; this plugin is tested with 22 Jul 2025 only" >&2
+if [ "$version" != "22 Jul 2025" ]; then
+  [ -f "$headers/verlet.h" ] ||
+    fail "'$headers' has no verlet.h, which LAMMPS $version needs: set LAMMPS_INCLUDE to the folder src of its source"
+  echo "build.sh: LAMMPS $version; this plugin is tested with 22 Jul 2025 only" >&2
+fi
 
 stub=
 case $about in *"MPI STUBS"*) stub=$headers/STUBS; : "${CXX:=c++}" ;; esac

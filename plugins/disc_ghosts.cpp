@@ -12,15 +12,15 @@ using namespace LAMMPS_NS;
 
 /* ---- every step ---- */
 
-void DiscGhosts::refresh(std::vector<disc::Grain> &grains, bool all)
+void DiscGhosts::forward_comm(std::vector<disc::Grain> &grains, bool all)
 {
-  if (!known) find();
+  if (!known) find_owners();
   requests.clear();
-  for (Neighbour &n : neighbours) {
-    const Shared &shared = all ? n.all : n.named;
-    MPI_Irecv(n.taken.data(), GRAIN * shared.taken.size(), MPI_DOUBLE, n.rank, 0, world, &request());
-    double *buf = n.given.data();
-    for (const int i : shared.given) {
+  for (NeighborRank &n : ranks) {
+    const Exchange &exchange = all ? n.all : n.selected;
+    MPI_Irecv(n.recv.data(), GRAIN * exchange.recv.size(), MPI_DOUBLE, n.rank, 0, world, &request());
+    double *buf = n.send.data();
+    for (const int i : exchange.send) {
       const disc::Grain &g = grains[i];
       buf[0] = g.x;
       buf[1] = g.y;
@@ -29,16 +29,16 @@ void DiscGhosts::refresh(std::vector<disc::Grain> &grains, bool all)
       buf[4] = g.w;
       buf += GRAIN;
     }
-    MPI_Isend(n.given.data(), GRAIN * shared.given.size(), MPI_DOUBLE, n.rank, 0, world, &request());
+    MPI_Isend(n.send.data(), GRAIN * exchange.send.size(), MPI_DOUBLE, n.rank, 0, world, &request());
   }
-  for (const int i : all ? own : own_named) {
-    grains[i] = grains[origins[i].index];
-    place(grains[i], origins[i]);
+  for (const int i : all ? own : own_selected) {
+    grains[i] = grains[owners[i].index];
+    shift_to_image(grains[i], owners[i]);
   }
   MPI_Waitall(requests.size(), requests.data(), MPI_STATUSES_IGNORE);
-  for (const Neighbour &n : neighbours) {
-    const double *buf = n.taken.data();
-    for (const int i : (all ? n.all : n.named).taken) {
+  for (const NeighborRank &n : ranks) {
+    const double *buf = n.recv.data();
+    for (const int i : (all ? n.all : n.selected).recv) {
       disc::Grain &g = grains[i];
       g.x = buf[0];
       g.y = buf[1];
@@ -46,128 +46,128 @@ void DiscGhosts::refresh(std::vector<disc::Grain> &grains, bool all)
       g.vy = buf[3];
       g.w = buf[4];
       g.rw = g.r * g.w;
-      place(g, origins[i]);
+      shift_to_image(g, owners[i]);
       buf += GRAIN;
     }
   }
 }
 
-void DiscGhosts::place(disc::Grain &g, const Origin &origin) const
+void DiscGhosts::shift_to_image(disc::Grain &g, const Owner &owner) const
 {
-  g.x += origin.cells[0] * domain->xprd;
-  g.y += origin.cells[1] * domain->yprd;
+  g.x += owner.cells[0] * domain->xprd;
+  g.y += owner.cells[1] * domain->yprd;
 }
 
-void DiscGhosts::collect(std::vector<disc::Action> &actions)
+void DiscGhosts::reverse_comm(std::vector<disc::GrainForce> &forces)
 {
   requests.clear();
-  for (Neighbour &n : neighbours) {
-    MPI_Irecv(n.given.data(), ACTION * n.named.given.size(), MPI_DOUBLE, n.rank, 0, world, &request());
-    double *buf = n.taken.data();
-    for (const int i : n.named.taken) {
-      disc::Action &a = actions[i];
-      buf[0] = a.fx;
-      buf[1] = a.fy;
-      buf[2] = a.moment;
-      buf[3] = a.tangential;
-      a = disc::Action();
-      buf += ACTION;
+  for (NeighborRank &n : ranks) {
+    MPI_Irecv(n.send.data(), FORCE * n.selected.send.size(), MPI_DOUBLE, n.rank, 0, world, &request());
+    double *buf = n.recv.data();
+    for (const int i : n.selected.recv) {
+      disc::GrainForce &f = forces[i];
+      buf[0] = f.fx;
+      buf[1] = f.fy;
+      buf[2] = f.moment;
+      buf[3] = f.tangential;
+      f = disc::GrainForce();
+      buf += FORCE;
     }
-    MPI_Isend(n.taken.data(), ACTION * n.named.taken.size(), MPI_DOUBLE, n.rank, 0, world, &request());
+    MPI_Isend(n.recv.data(), FORCE * n.selected.recv.size(), MPI_DOUBLE, n.rank, 0, world, &request());
   }
-  for (const int i : own_named) {
-    disc::four(&actions[origins[i].index].fx) += disc::four(&actions[i].fx);
-    actions[i] = disc::Action();
+  for (const int i : own_selected) {
+    disc::vec4(&forces[owners[i].index].fx) += disc::vec4(&forces[i].fx);
+    forces[i] = disc::GrainForce();
   }
   MPI_Waitall(requests.size(), requests.data(), MPI_STATUSES_IGNORE);
-  for (const Neighbour &n : neighbours) {
-    const double *buf = n.given.data();
-    for (const int i : n.named.given) {
-      disc::Action &a = actions[i];
-      a.fx += buf[0];
-      a.fy += buf[1];
-      a.moment += buf[2];
-      a.tangential += buf[3];
-      buf += ACTION;
+  for (const NeighborRank &n : ranks) {
+    const double *buf = n.send.data();
+    for (const int i : n.selected.send) {
+      disc::GrainForce &f = forces[i];
+      f.fx += buf[0];
+      f.fy += buf[1];
+      f.moment += buf[2];
+      f.tangential += buf[3];
+      buf += FORCE;
     }
   }
 }
 
 /* ---- who is whose ---- */
 
-void DiscGhosts::find()
+void DiscGhosts::find_owners()
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost, me = comm->me;
-  origins.resize(nall);
+  owners.resize(nall);
   for (int i = 0; i < nlocal; i++)
-    origins[i] = {me, i, {0.0, 0.0}};
+    owners[i] = {me, i, {0.0, 0.0}};
   comm->forward_comm(force->pair);
 
   std::vector<std::vector<int>> ghosts(comm->nprocs), indices(comm->nprocs);    // of grains of each rank
   for (int i = nlocal; i < nall; i++) {
-    ghosts[origins[i].rank].push_back(i);
-    indices[origins[i].rank].push_back(origins[i].index);
+    ghosts[owners[i].rank].push_back(i);
+    indices[owners[i].rank].push_back(owners[i].index);
   }
   own.swap(ghosts[me]);
   ghosts[me].clear();
-  std::vector<int> taken(comm->nprocs), given(comm->nprocs);
+  std::vector<int> recv(comm->nprocs), send(comm->nprocs);
   for (int rank = 0; rank < comm->nprocs; rank++)
-    taken[rank] = static_cast<int>(ghosts[rank].size());
-  MPI_Alltoall(taken.data(), 1, MPI_INT, given.data(), 1, MPI_INT, world);
+    recv[rank] = static_cast<int>(ghosts[rank].size());
+  MPI_Alltoall(recv.data(), 1, MPI_INT, send.data(), 1, MPI_INT, world);
 
-  neighbours.clear();
+  ranks.clear();
   for (int rank = 0; rank < comm->nprocs; rank++)
-    if (taken[rank] + given[rank] > 0)
-      neighbours.push_back({rank,
-                            {std::vector<int>(given[rank]), ghosts[rank]},
-                            {},
-                            std::vector<double>(GRAIN * given[rank]),
-                            std::vector<double>(GRAIN * taken[rank])});
+    if (recv[rank] + send[rank] > 0)
+      ranks.push_back({rank,
+                       {std::vector<int>(send[rank]), ghosts[rank]},
+                       {},
+                       std::vector<double>(GRAIN * send[rank]),
+                       std::vector<double>(GRAIN * recv[rank])});
   requests.clear();
-  for (Neighbour &n : neighbours) {
-    MPI_Irecv(n.all.given.data(), given[n.rank], MPI_INT, n.rank, 0, world, &request());
-    MPI_Isend(indices[n.rank].data(), taken[n.rank], MPI_INT, n.rank, 0, world, &request());
+  for (NeighborRank &n : ranks) {
+    MPI_Irecv(n.all.send.data(), send[n.rank], MPI_INT, n.rank, 0, world, &request());
+    MPI_Isend(indices[n.rank].data(), recv[n.rank], MPI_INT, n.rank, 0, world, &request());
   }
   MPI_Waitall(requests.size(), requests.data(), MPI_STATUSES_IGNORE);
   known = true;
 }
 
-/* Tells every neighbour which of its grains, by their places in the list of all. */
-void DiscGhosts::name(const disc::Contacts &close)
+/* Tells every neighbouring rank which of its grains, by their places in the list of all. */
+void DiscGhosts::select_ghosts(const disc::ActivePairs &active)
 {
-  if (!known) find();
+  if (!known) find_owners();
   const int nlocal = atom->nlocal;
-  named.assign(atom->nghost, 0);
-  for (int c = 0; c < close.count; c++)
-    for (const int i : {close.i[c], close.j[c]})
-      if (i >= nlocal) named[i - nlocal] = 1;
-  own_named.clear();
+  selected.assign(atom->nghost, 0);
+  for (int c = 0; c < active.count; c++)
+    for (const int i : {active.i[c], active.j[c]})
+      if (i >= nlocal) selected[i - nlocal] = 1;
+  own_selected.clear();
   for (const int i : own)
-    if (named[i - nlocal]) own_named.push_back(i);
+    if (selected[i - nlocal]) own_selected.push_back(i);
 
-  std::vector<std::vector<int>> places(neighbours.size());
+  std::vector<std::vector<int>> places(ranks.size());
   requests.clear();
-  for (size_t k = 0; k < neighbours.size(); k++) {
-    Neighbour &n = neighbours[k];
-    n.named.given.resize(n.all.given.size());
-    MPI_Irecv(n.named.given.data(), n.named.given.size(), MPI_INT, n.rank, 0, world, &request());
-    n.named.taken.clear();
-    for (size_t place = 0; place < n.all.taken.size(); place++)
-      if (const int i = n.all.taken[place]; named[i - nlocal]) {
-        n.named.taken.push_back(i);
+  for (size_t k = 0; k < ranks.size(); k++) {
+    NeighborRank &n = ranks[k];
+    n.selected.send.resize(n.all.send.size());
+    MPI_Irecv(n.selected.send.data(), n.selected.send.size(), MPI_INT, n.rank, 0, world, &request());
+    n.selected.recv.clear();
+    for (size_t place = 0; place < n.all.recv.size(); place++)
+      if (const int i = n.all.recv[place]; selected[i - nlocal]) {
+        n.selected.recv.push_back(i);
         places[k].push_back(static_cast<int>(place));
       }
     MPI_Isend(places[k].data(), places[k].size(), MPI_INT, n.rank, 0, world, &request());
   }
   std::vector<MPI_Status> arrived(requests.size());
   MPI_Waitall(requests.size(), requests.data(), arrived.data());
-  for (size_t k = 0; k < neighbours.size(); k++) {
-    Neighbour &n = neighbours[k];
+  for (size_t k = 0; k < ranks.size(); k++) {
+    NeighborRank &n = ranks[k];
     int count;
     MPI_Get_count(&arrived[2 * k], MPI_INT, &count);
-    n.named.given.resize(count);
-    for (int &i : n.named.given)
-      i = n.all.given[i];
+    n.selected.send.resize(count);
+    for (int &i : n.selected.send)
+      i = n.all.send[i];
   }
 }
 
@@ -180,11 +180,11 @@ MPI_Request &DiscGhosts::request()
 int DiscGhosts::pack(int n, const int *list, double *buf, int pbc_flag, const int *pbc) const
 {
   for (int k = 0; k < n; k++, buf += 4) {
-    const Origin &origin = origins[list[k]];
-    buf[0] = origin.rank;
-    buf[1] = origin.index;
+    const Owner &owner = owners[list[k]];
+    buf[0] = owner.rank;
+    buf[1] = owner.index;
     for (int a = 0; a < 2; a++)
-      buf[2 + a] = origin.cells[a] + (pbc_flag ? pbc[a] : 0);
+      buf[2 + a] = owner.cells[a] + (pbc_flag ? pbc[a] : 0);
   }
   return 4 * n;
 }
@@ -192,5 +192,5 @@ int DiscGhosts::pack(int n, const int *list, double *buf, int pbc_flag, const in
 void DiscGhosts::unpack(int n, int first, const double *buf)
 {
   for (int i = first; i < first + n; i++, buf += 4)
-    origins[i] = {static_cast<int>(buf[0]), static_cast<int>(buf[1]), {buf[2], buf[3]}};
+    owners[i] = {static_cast<int>(buf[0]), static_cast<int>(buf[1]), {buf[2], buf[3]}};
 }

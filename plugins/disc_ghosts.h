@@ -3,7 +3,7 @@
 #ifndef LMP_DISC_GHOSTS_H
 #define LMP_DISC_GHOSTS_H
 
-#include "kernels/sweep.h"
+#include "kernels/pair_loop.h"
 #include "pointers.h"
 
 #include <mpi.h>
@@ -12,48 +12,48 @@
 namespace LAMMPS_NS
 {
 
-/* LAMMPS's ghosts among the kernel's grains and actions.
+/* LAMMPS's ghosts among the kernel's grains and forces.
 
    Each is copied straight from its grain, with one message per neighbouring rank and step, all of them under way at the
-   same time; LAMMPS's own communication goes axis by axis, one message after the other.  Between two choices of close
-   pairs only the ghosts that these name are copied.  Every call is collective. */
+   same time; LAMMPS's own communication goes axis by axis, one message after the other.  Between two rebuilds of the
+   active pair list only the ghosts of active pairs are copied.  Every call is collective. */
 class DiscGhosts : protected Pointers
 {
 public:
   explicit DiscGhosts(class LAMMPS *lmp) : Pointers(lmp) {}
-  void forget() { known = false; }                       // LAMMPS chose the ghosts anew
-  void refresh(std::vector<disc::Grain> &, bool all);    // grains to ghosts: all, or those named
-  void name(const disc::Contacts &);                     // ghosts that act from now on
-  void collect(std::vector<disc::Action> &);    // what acts on these to their grains; none is left on the ghosts
+  void invalidate() { known = false; }                        // LAMMPS chose the ghosts anew
+  void select_ghosts(const disc::ActivePairs &);              // those of these pairs act from now on
+  void forward_comm(std::vector<disc::Grain> &, bool all);    // grains to ghosts: all, or the selected ones
+  void reverse_comm(std::vector<disc::GrainForce> &);         // forces of selected ghosts to their grains; then zero
 
-  // the pair style's part in LAMMPS's communication, which tells every ghost its origin
+  // the pair style's part in LAMMPS's communication, which tells every ghost its owner
   int pack(int n, const int *list, double *buf, int pbc_flag, const int *pbc) const;
   void unpack(int n, int first, const double *buf);
 
 private:
-  struct Origin {
-    int rank, index;    // its grain, there
+  struct Owner {
+    int rank, index;    // of the grain, there
     double cells[2];    // lengths of the cell from there
   };
-  struct Shared {                     // with another rank
-    std::vector<int> given, taken;    // grains of this rank with ghosts there; ghosts here of grains there
+  struct Exchange {                 // with another rank, named for forward_comm; reverse_comm goes the other way
+    std::vector<int> send, recv;    // grains of this rank with ghosts there; ghosts here of grains there
   };
-  struct Neighbour {
+  struct NeighborRank {
     int rank;
-    Shared all, named;
-    std::vector<double> given, taken;    // records on the wire
+    Exchange all, selected;
+    std::vector<double> send, recv;    // records on the wire
   };
-  static constexpr int GRAIN = 5, ACTION = 4;    // doubles on the wire
+  static constexpr int GRAIN = 5, FORCE = 4;    // doubles on the wire
 
-  void find();
+  void find_owners();
   MPI_Request &request();
-  void place(disc::Grain &, const Origin &) const;
+  void shift_to_image(disc::Grain &, const Owner &) const;
 
   bool known = false;
-  std::vector<Origin> origins;        // of all grains and ghosts
-  std::vector<int> own, own_named;    // ghosts of grains of this rank
-  std::vector<Neighbour> neighbours;
-  std::vector<char> named;    // of ghosts
+  std::vector<Owner> owners;             // of all grains and ghosts
+  std::vector<int> own, own_selected;    // ghosts of grains of this rank
+  std::vector<NeighborRank> ranks;
+  std::vector<char> selected;    // of ghosts
   std::vector<MPI_Request> requests;
 };
 

@@ -1,18 +1,28 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
-   The interface of LAMMPS's velocity Verlet run style, whose header is not part of the installed engine.
+   LAMMPS's velocity Verlet run style: its own header where the source of the engine is at hand, else a statement about
+   the binary of one version, whose installed headers lack it.
 
-   A statement about the binary of exactly the version that this plugin is built for (the Python side refuses any
-   other): order of the virtual functions and size of the objects, as read from liblammps.so. */
+   The statement is the order of the virtual functions and the size of the objects, as read from liblammps.so.  It does
+   not compile for another version, and require_version() refuses to register the plugin in another one. */
 
 #ifndef LMP_ENGINE_VERLET_H
 #define LMP_ENGINE_VERLET_H
 
+#if __has_include("verlet.h")
+#include "verlet.h"
+#else
+
 #include "pointers.h"
 
+#include <string_view>
 #include <vector>
 
 namespace LAMMPS_NS
 {
+
+static_assert(
+    std::string_view(DISC_LAMMPS_VERSION) == "22 Jul 2025",
+    "engine_verlet.h states the Verlet class of LAMMPS 22 Jul 2025: set LAMMPS_INCLUDE to the source of this one");
 
 class Integrate : protected Pointers
 {
@@ -51,4 +61,5 @@ static_assert(sizeof(Verlet) == 0x158, "the size that liblammps.so allocates for
 
 }    // namespace LAMMPS_NS
 
+#endif
 #endif

@@ -7,6 +7,7 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "keywords.h"
 #include "modify.h"
 #include "update.h"
 #include "utils.h"
@@ -22,7 +23,7 @@ using namespace LAMMPS_NS;
 FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   scalar_flag = vector_flag = 1;
-  size_vector = FIGURES;
+  size_vector = QUANTITIES;
   extscalar = extvector = 0;
   restart_global = 1;
   comm_forward = comm_reverse = 1;
@@ -31,65 +32,50 @@ FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(
   if (nevery < 1) error->all(FLERR, "fix disc/equilibrium: interval N = {} must be at least 1", nevery);
   global_freq = nevery;
 
-  const struct {
-    const char *name;
-    double *value;
-  } keywords[] = {{"unit", &unit},
-                  {"length", &length},
-                  {"hold", &hold},
-                  {"force", &force_tolerance},
-                  {"energy", &energy_tolerance},
-                  {"share", &share}};
-  int k = 4;
-  while (k < narg) {
-    if (strcmp(arg[k], "stress") == 0) {
-      k += parse_stress(k, narg, arg);
-      continue;
-    }
-    if (strcmp(arg[k], "stop") == 0 && k + 1 < narg) {
-      stop_file = arg[k + 1];
-      k += 2;
-      continue;
-    }
-    if (strcmp(arg[k], "aggregates") == 0 && k + 1 < narg) {
-      aggregates = utils::logical(FLERR, arg[k + 1], false, lmp);
-      k += 2;
-      continue;
-    }
-    double *value = nullptr;
-    for (const auto &keyword : keywords)
-      if (strcmp(arg[k], keyword.name) == 0) value = keyword.value;
-    if (!value)
-      error->all(FLERR,
-                 "fix disc/equilibrium: unknown keyword '{}'; known are: unit length stress hold force energy share "
-                 "stop aggregates",
-                 arg[k]);
-    if (k + 1 >= narg) error->all(FLERR, "fix disc/equilibrium: keyword '{}' needs a value", arg[k]);
-    *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    if (*value < 0.0) error->all(FLERR, "fix disc/equilibrium: {} = {} must not be negative", arg[k], *value);
-    k += 2;
-  }
+  keywords().parse(4, narg, arg);
+  check();
+}
+
+Keywords FixDiscEquilibrium::keywords()
+{
+  return {lmp,
+          "fix disc/equilibrium",
+          {number("unit", unit),
+           number("length", length),
+           {"stress", 2, "S_x and S_y (a number or NULL)", [this](LAMMPS *, char **value) { set_stress(value); }},
+           number("hold", hold),
+           number("force", force_tolerance),
+           number("energy", energy_tolerance),
+           number("share", share),
+           {"stop", 1, "a file", [this](LAMMPS *, char **value) { stop_file = value[0]; }},
+           logical("aggregates", aggregates)}};
+}
+
+void FixDiscEquilibrium::check() const
+{
+  const std::pair<const char *, double> values[] = {
+      {"unit", unit},  {"length", length}, {"hold", hold}, {"force", force_tolerance}, {"energy", energy_tolerance},
+      {"share", share}};
+  for (const auto &[name, value] : values)
+    if (value < 0.0) error->all(FLERR, "fix disc/equilibrium: {} = {} must not be negative", name, value);
   if (unit <= 0.0)
     error->all(FLERR, "fix disc/equilibrium: keyword 'unit' (force F1 = max(F0, P a)) must be given and positive");
 }
 
-int FixDiscEquilibrium::parse_stress(int k, int narg, char **arg)
+void FixDiscEquilibrium::set_stress(char **value)
 {
-  if (k + 2 >= narg)
-    error->all(FLERR, "fix disc/equilibrium: keyword 'stress' needs two values, S_x and S_y (a number or NULL)");
   for (int a = 0; a < 2; a++) {
-    controlled[a] = strcmp(arg[k + 1 + a], "NULL") != 0;
-    target[a] = controlled[a] ? utils::numeric(FLERR, arg[k + 1 + a], false, lmp) : 0.0;
+    controlled[a] = strcmp(value[a], "NULL") != 0;
+    target[a] = controlled[a] ? utils::numeric(FLERR, value[a], false, lmp) : 0.0;
   }
-  return 3;
 }
 
 int FixDiscEquilibrium::modify_param(int narg, char **arg)
 {
   if (strcmp(arg[0], "stress") != 0) return 0;
-  since = -1.0;
-  changed = now();
-  return parse_stress(0, narg, arg);
+  held_since = -1.0;
+  network_changed = now();
+  return keywords().parse_one(0, narg, arg);
 }
 
 int FixDiscEquilibrium::setmask() { return FixConst::END_OF_STEP; }
@@ -106,7 +92,7 @@ void FixDiscEquilibrium::init()
 void FixDiscEquilibrium::setup(int)
 {
   measure();
-  figure[HELD] = since < 0.0 ? 0.0 : now() - since;
+  quantity[HELD] = held_since < 0.0 ? 0.0 : now() - held_since;
 }
 
 double FixDiscEquilibrium::now() const
@@ -118,10 +104,10 @@ void FixDiscEquilibrium::end_of_step()
 {
   measure();
   if (!within_tolerance())
-    since = -1.0;
-  else if (since < 0.0)
-    since = now();
-  figure[HELD] = since < 0.0 ? 0.0 : now() - since;
+    held_since = -1.0;
+  else if (held_since < 0.0)
+    held_since = now();
+  quantity[HELD] = held_since < 0.0 ? 0.0 : now() - held_since;
 }
 
 void FixDiscEquilibrium::measure()
@@ -129,75 +115,76 @@ void FixDiscEquilibrium::measure()
   double stress[2];
   measure_pairs(stress);
   measure_grains(stress);
-  watch_network();
+  monitor_network();
   if (aggregates) count_aggregates();
   double stop = 0.0;
   if (comm->me == 0 && !stop_file.empty() && access(stop_file.c_str(), F_OK) == 0) stop = 1.0;
   MPI_Bcast(&stop, 1, MPI_DOUBLE, 0, world);
-  figure[STOP] = stop;
+  quantity[STOP] = stop;
 }
 
-bool FixDiscEquilibrium::carries(const PairDisc::Interaction &now) const
+bool FixDiscEquilibrium::supports_grain(const PairDisc::Interaction &now) const
 {
-  return pair->range() > 0.0 || now.elastic > force_tolerance * unit;
+  return pair->cutoff_gap() > 0.0 || now.elastic > force_tolerance * unit;
 }
 
-double FixDiscEquilibrium::needed() const { return pair->range() > 0.0 ? 1.0 : 2.0; }
+double FixDiscEquilibrium::needed_supports() const { return pair->cutoff_gap() > 0.0 ? 1.0 : 2.0; }
 
-/* A grain is a rattler here if nothing holds it: without cohesion, fewer than two contacts with an elastic force above
-   the tolerance; with cohesion, no interaction at all. */
+/* A grain is unsupported if nothing holds it: without cohesion, fewer than two contacts with an elastic force above the
+   tolerance; with cohesion, no interaction at all.  Counted once: a grain that unsupported ones alone hold is supported
+   here, while the rattlers of `wf measure` are found recursively. */
 void FixDiscEquilibrium::measure_pairs(double *stress)
 {
   const bool newton = force->newton_pair;
   const int nlocal = atom->nlocal;
-  double sums[4] = {0.0, 0.0, 0.0, 0.0}, most[2] = {0.0, 0.0};
-  carrying.assign(nlocal + atom->nghost, 0.0);
+  double sums[4] = {0.0, 0.0, 0.0, 0.0}, largest[2] = {0.0, 0.0};
+  supports.assign(nlocal + atom->nghost, 0.0);
   const std::vector<disc::Grain> &grains = pair->refreshed_grains();
-  pair->each([&](int i, int j, const PairDisc::Interaction &now, double weight) {
+  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double weight) {
     sums[0] += weight * now.fx() * now.bx;
     sums[1] += weight * now.fy() * now.by;
     sums[now.state == PairDisc::CONTACT ? 2 : 3] += weight;
-    if (carries(now)) {
-      carrying[i] += 1.0;
-      if (newton || j < nlocal) carrying[j] += 1.0;
+    if (supports_grain(now)) {
+      supports[i] += 1.0;
+      if (newton || j < nlocal) supports[j] += 1.0;
     }
-    most[0] = std::max(most[0], -now.gap);
+    largest[0] = std::max(largest[0], -now.gap);
     const disc::Grain &a = grains[i], &b = grains[j];
-    most[1] = std::max(most[1], ((a.vx - b.vx) * now.bx + (a.vy - b.vy) * now.by) / now.distance);
+    largest[1] = std::max(largest[1], ((a.vx - b.vx) * now.bx + (a.vy - b.vy) * now.by) / now.distance);
   });
   if (newton) comm->reverse_comm(this, 1);
   MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPI_DOUBLE, MPI_MAX, world);
   stress[0] = sums[0];
   stress[1] = sums[1];
-  figure[CONTACTS] = sums[2];
-  figure[DISTANT] = sums[3];
-  figure[OVERLAP] = most[0];
-  figure[APPROACH] = most[1];
+  quantity[CONTACTS] = sums[2];
+  quantity[DISTANT] = sums[3];
+  quantity[OVERLAP] = largest[0];
+  quantity[APPROACH] = largest[1];
   const auto *history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
-  const disc::Extremes extremes = history->extremes_of_all();
-  figure[MOST_OVERLAP] = extremes.overlap;
-  figure[MOST_APPROACH] = extremes.approach;
-  figure[MOST_ADVANCE] = extremes.advance;
+  const disc::Extremes extremes = history->state.global_extremes();
+  quantity[LARGEST_OVERLAP] = extremes.overlap;
+  quantity[LARGEST_APPROACH] = extremes.approach;
+  quantity[LARGEST_ADVANCE] = extremes.advance;
 }
 
 void FixDiscEquilibrium::measure_grains(const double *virial)
 {
-  double most[2] = {0.0, 0.0};
-  enum { MASS, PX, PY, ENERGY, COUNT, HELD_GRAINS, RAW, MVX2, MVY2, SUMS };
+  double largest[2] = {0.0, 0.0};
+  enum { MASS, PX, PY, ENERGY, COUNT, SUPPORTED, RAW, MVX2, MVY2, SUMS };
   double sums[SUMS] = {};
   for (int i = 0; i < atom->nlocal; i++) {
     const double *f = atom->f[i], *v = atom->v[i];
     const double m = atom->rmass[i], r = atom->radius[i], w = atom->omega[i][2];
-    most[0] = std::max(most[0], f[0] * f[0] + f[1] * f[1]);
-    most[1] = std::max(most[1], std::fabs(atom->torque[i][2]));
+    largest[0] = std::max(largest[0], f[0] * f[0] + f[1] * f[1]);
+    largest[1] = std::max(largest[1], std::fabs(atom->torque[i][2]));
     const double energy = 0.5 * m * (v[0] * v[0] + v[1] * v[1]) + 0.25 * m * r * r * w * w;
     sums[RAW] += energy;
     sums[MVX2] += m * v[0] * v[0];
     sums[MVY2] += m * v[1] * v[1];
-    const bool held = carrying[i] >= needed();
-    if (held) sums[HELD_GRAINS] += 1.0;
-    if (!held && pair->range() == 0.0) continue;
+    const bool supported = supports[i] >= needed_supports();
+    if (supported) sums[SUPPORTED] += 1.0;
+    if (!supported && pair->cutoff_gap() == 0.0) continue;
     sums[MASS] += m;
     sums[PX] += m * v[0];
     sums[PY] += m * v[1];
@@ -205,39 +192,39 @@ void FixDiscEquilibrium::measure_grains(const double *virial)
     sums[COUNT] += 1.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums, SUMS, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPI_DOUBLE, MPI_MAX, world);
   const double grains = static_cast<double>(atom->natoms);
   const double drift = sums[MASS] > 0.0 ? 0.5 * (sums[PX] * sums[PX] + sums[PY] * sums[PY]) / sums[MASS] : 0.0;
   const double area = domain->prd[0] * domain->prd[1];
-  figure[FORCE] = std::sqrt(most[0]);
-  figure[MOMENT] = most[1];
-  figure[STRESS_X] = (virial[0] + sums[MVX2]) / area;
-  figure[STRESS_Y] = (virial[1] + sums[MVY2]) / area;
-  figure[KINETIC] = sums[COUNT] > 0.0 ? (sums[ENERGY] - drift) / sums[COUNT] : sums[RAW] / grains;
-  figure[KINETIC_RAW] = sums[RAW] / grains;
-  figure[RATTLERS] = grains - sums[HELD_GRAINS];
-  const double borne[2] = {virial[0] / area, virial[1] / area};
-  figure[STRESS_ERROR] = stress_error(borne);
+  quantity[FORCE] = std::sqrt(largest[0]);
+  quantity[MOMENT] = largest[1];
+  quantity[STRESS_X] = (virial[0] + sums[MVX2]) / area;
+  quantity[STRESS_Y] = (virial[1] + sums[MVY2]) / area;
+  quantity[KINETIC] = sums[COUNT] > 0.0 ? (sums[ENERGY] - drift) / sums[COUNT] : sums[RAW] / grains;
+  quantity[KINETIC_RAW] = sums[RAW] / grains;
+  quantity[UNSUPPORTED] = grains - sums[SUPPORTED];
+  const double pair_stress[2] = {virial[0] / area, virial[1] / area};
+  quantity[STRESS_ERROR] = stress_error(pair_stress);
 }
 
-/* Without cohesion the light touch of a rattler comes and goes; what holds the packing carries forces of order F1, and
-   a hundred tolerances is far below that. */
-void FixDiscEquilibrium::watch_network()
+/* Without cohesion the light contacts of an unsupported grain come and go; what holds the packing carries forces of
+   order F1, and a hundred tolerances is far below that. */
+void FixDiscEquilibrium::monitor_network()
 {
-  const double least = pair->range() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
+  const double least = pair->cutoff_gap() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
   comm->forward_comm(this, 1);
   uint64_t sum = 0;
-  pair->each([&](int i, int j, const PairDisc::Interaction &now, double) {
+  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double) {
     if (now.state != PairDisc::CONTACT || now.elastic < least) return;
-    if (carrying[i] < needed() || carrying[j] < needed()) return;
+    if (supports[i] < needed_supports() || supports[j] < needed_supports()) return;
     const uint64_t a = std::min(atom->tag[i], atom->tag[j]), b = std::max(atom->tag[i], atom->tag[j]);
     uint64_t hash = (a << 32 | b) * 0x9E3779B97F4A7C15ull;    // multiplicative hash, mixed once more
     sum += (hash ^ hash >> 29) * 0xBF58476D1CE4E5B9ull;
   });
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, world);
-  if (sum != network) changed = now();
+  if (sum != network) network_changed = now();
   network = sum;
-  figure[QUIET] = now() - changed;
+  quantity[SINCE_CHANGE] = now() - network_changed;
 }
 
 /* Every grain gets the smallest tag of its aggregate.  A rank joins what it sees; where an aggregate reaches over to
@@ -253,10 +240,10 @@ void FixDiscEquilibrium::label_aggregates()
     return i;
   };
   for (int i = nlocal; i < nall; i++) {    // images of one grain are one
-    const int owned = atom->map(atom->tag[i]);
-    root[find(i)] = find(owned);
+    const int owner = atom->map(atom->tag[i]);
+    root[find(i)] = find(owner);
   }
-  pair->each([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
+  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
 
   label.resize(nall);
   for (int i = 0; i < nall; i++)
@@ -292,38 +279,38 @@ void FixDiscEquilibrium::count_aggregates()
     size[static_cast<tagint>(label[i])]++;
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, size.data(), size.size(), MPI_INT, MPI_SUM, world);
   const double count = size.size() - std::count(size.begin(), size.end(), 0);
-  if (parts >= 0.0 && count != parts) changed = now();
-  figure[AGGREGATES] = parts = count;
-  figure[QUIET] = now() - changed;
-  figure[LARGEST] = *std::max_element(size.begin(), size.end());
+  if (aggregate_count >= 0.0 && count != aggregate_count) network_changed = now();
+  quantity[AGGREGATES] = aggregate_count = count;
+  quantity[SINCE_CHANGE] = now() - network_changed;
+  quantity[LARGEST_AGGREGATE] = *std::max_element(size.begin(), size.end());
 }
 
 bool FixDiscEquilibrium::within_tolerance() const
 {
-  return figure[STRESS_ERROR] < 1.0 && figure[FORCE] < force_tolerance * unit &&
-         figure[MOMENT] < force_tolerance * unit * length && figure[KINETIC] < energy_tolerance * unit * length;
+  return quantity[STRESS_ERROR] < 1.0 && quantity[FORCE] < force_tolerance * unit &&
+         quantity[MOMENT] < force_tolerance * unit * length && quantity[KINETIC] < energy_tolerance * unit * length;
 }
 
-double FixDiscEquilibrium::stress_error(const double *borne) const
+double FixDiscEquilibrium::stress_error(const double *pair_stress) const
 {
   double largest = 0.0;
   for (int a = 0; a < 2; a++) {
     if (!controlled[a]) continue;
     double tolerance = force_tolerance * unit / length;
     if (target[a] != 0.0) tolerance = std::min(tolerance, share * std::fabs(target[a]));
-    for (const double stress : {borne[a], figure[STRESS_X + a]})
+    for (const double stress : {pair_stress[a], quantity[STRESS_X + a]})
       largest = std::max(largest, std::fabs(stress - target[a]) / tolerance);
   }
   return largest;
 }
 
-double FixDiscEquilibrium::compute_scalar() { return since >= 0.0 && figure[HELD] >= hold ? 1.0 : 0.0; }
+double FixDiscEquilibrium::compute_scalar() { return held_since >= 0.0 && quantity[HELD] >= hold ? 1.0 : 0.0; }
 
-double FixDiscEquilibrium::compute_vector(int n) { return figure[n]; }
+double FixDiscEquilibrium::compute_vector(int n) { return quantity[n]; }
 
 int FixDiscEquilibrium::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
-  const std::vector<double> &value = labelling ? label : carrying;
+  const std::vector<double> &value = labelling ? label : supports;
   for (int k = 0; k < n; k++)
     buf[k] = value[list[k]];
   return n;
@@ -331,12 +318,12 @@ int FixDiscEquilibrium::pack_forward_comm(int n, int *list, double *buf, int, in
 
 void FixDiscEquilibrium::unpack_forward_comm(int n, int first, double *buf)
 {
-  std::copy(buf, buf + n, (labelling ? label : carrying).begin() + first);
+  std::copy(buf, buf + n, (labelling ? label : supports).begin() + first);
 }
 
 int FixDiscEquilibrium::pack_reverse_comm(int n, int first, double *buf)
 {
-  const auto from = (labelling ? label : carrying).begin() + first;
+  const auto from = (labelling ? label : supports).begin() + first;
   std::copy(from, from + n, buf);
   return n;
 }
@@ -347,7 +334,7 @@ void FixDiscEquilibrium::unpack_reverse_comm(int n, int *list, double *buf)
     if (labelling)
       label[list[k]] = std::min(label[list[k]], buf[k]);
     else
-      carrying[list[k]] += buf[k];
+      supports[list[k]] += buf[k];
 }
 
 void FixDiscEquilibrium::write_restart(FILE *fp)
@@ -355,16 +342,17 @@ void FixDiscEquilibrium::write_restart(FILE *fp)
   if (comm->me != 0) return;
   const int size = 3 * sizeof(double) + sizeof(network);
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(&since, sizeof(since), 1, fp);
-  fwrite(&changed, sizeof(changed), 1, fp);
+  fwrite(&held_since, sizeof(held_since), 1, fp);
+  fwrite(&network_changed, sizeof(network_changed), 1, fp);
   fwrite(&network, sizeof(network), 1, fp);
-  fwrite(&parts, sizeof(parts), 1, fp);
+  fwrite(&aggregate_count, sizeof(aggregate_count), 1, fp);
 }
 
 void FixDiscEquilibrium::restart(char *buf)
 {
-  memcpy(&since, buf, sizeof(since));
-  memcpy(&changed, buf + sizeof(since), sizeof(changed));
-  memcpy(&network, buf + sizeof(since) + sizeof(changed), sizeof(network));
-  memcpy(&parts, buf + sizeof(since) + sizeof(changed) + sizeof(network), sizeof(parts));
+  memcpy(&held_since, buf, sizeof(held_since));
+  memcpy(&network_changed, buf + sizeof(held_since), sizeof(network_changed));
+  memcpy(&network, buf + sizeof(held_since) + sizeof(network_changed), sizeof(network));
+  memcpy(&aggregate_count, buf + sizeof(held_since) + sizeof(network_changed) + sizeof(network),
+         sizeof(aggregate_count));
 }

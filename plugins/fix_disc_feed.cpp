@@ -8,6 +8,7 @@
 #include "error.h"
 #include "fix_disc_history.h"
 #include "force.h"
+#include "keywords.h"
 #include "library.h"
 #include "modify.h"
 #include "pair.h"
@@ -23,7 +24,7 @@ using namespace LAMMPS_NS;
 
 namespace
 {
-constexpr double EDGE = 1.0;    // grains this close to a side or to the lower face have left
+constexpr double EDGE = 1.0;    // grains this near to a side or to the lower face have left
 }
 
 FixDiscFeed::FixDiscFeed(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -38,21 +39,10 @@ FixDiscFeed::FixDiscFeed(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (narg < 5) error->all(FLERR, "fix disc/feed needs the interval N between looks, in steps, and a file of grains");
   nevery = utils::inumeric(FLERR, arg[3], false, lmp);
   if (nevery < 1) error->all(FLERR, "fix disc/feed: interval N = {} must be at least 1", nevery);
-  for (int k = 5; k < narg; k += 2) {
-    const std::string keyword = arg[k];
-    double *value = keyword == "mass"      ? &mass
-                    : keyword == "gravity" ? &gravity
-                    : keyword == "height"  ? &height
-                    : keyword == "ahead"   ? &ahead
-                                           : nullptr;
-    if (k + 1 >= narg) error->all(FLERR, "fix disc/feed: keyword '{}' needs a value", keyword);
-    if (keyword == "type")
-      type = utils::inumeric(FLERR, arg[k + 1], false, lmp);
-    else if (value)
-      *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    else
-      error->all(FLERR, "fix disc/feed: unknown keyword '{}'; known are: type mass gravity height ahead", keyword);
-  }
+  Keywords(lmp, "fix disc/feed",
+           {integer("type", type), number("mass", mass), number("gravity", gravity), number("height", height),
+            number("ahead", ahead)})
+      .parse(5, narg, arg);
   if (type < 1 || type > atom->ntypes)
     error->all(FLERR, "fix disc/feed: type {} must be from 1 to {}", type, atom->ntypes);
   if (mass <= 0.0 || gravity <= 0.0 || ahead <= 0.0)
@@ -84,7 +74,7 @@ void FixDiscFeed::init()
   for (const Grain &g : grains)
     if (g.diameter > largest)
       error->all(FLERR,
-                 "fix disc/feed: grain {} has diameter {}, above the largest present, {}: reach of the law and "
+                 "fix disc/feed: grain {} has diameter {}, above the largest present, {}: cutoff of the law and "
                  "neighbour list are made for that",
                  g.tag, g.diameter, largest);
 }
@@ -94,24 +84,24 @@ double FixDiscFeed::now() const
   return update->atime + update->dt * static_cast<double>(update->ntimestep - update->atimestep);
 }
 
-double FixDiscFeed::fallen(const Grain &g) const { return now() - g.time; }
+double FixDiscFeed::fall_time(const Grain &g) const { return now() - g.time; }
 
 /* Could an atom of the group or a fixed one be reached before the next look? */
-bool FixDiscFeed::near(const Grain &g) const
+bool FixDiscFeed::is_near(const Grain &g) const
 {
-  const double t = fallen(g), y = height - 0.5 * gravity * t * t;
-  const double reach = force->pair->cutforce + ahead;
-  int close = 0;
-  for (int i = 0; i < atom->nlocal && !close; i++) {
+  const double t = fall_time(g), y = height - 0.5 * gravity * t * t;
+  const double cutoff = force->pair->cutforce + ahead;
+  int found = 0;
+  for (int i = 0; i < atom->nlocal && !found; i++) {
     const double dx = atom->x[i][0] - g.x, dy = atom->x[i][1] - y;
-    close = dy > -reach && std::fabs(dx) < reach && dx * dx + dy * dy < reach * reach;
+    found = dy > -cutoff && std::fabs(dx) < cutoff && dx * dx + dy * dy < cutoff * cutoff;
   }
-  if (y < domain->boxlo[1] + EDGE + ahead) close = 1;
-  MPI_Allreduce(MPI_IN_PLACE, &close, 1, MPI_INT, MPI_MAX, world);
-  return close;
+  if (y < domain->boxlo[1] + EDGE + ahead) found = 1;
+  MPI_Allreduce(MPI_IN_PLACE, &found, 1, MPI_INT, MPI_MAX, world);
+  return found;
 }
 
-bool FixDiscFeed::gone(int i) const
+bool FixDiscFeed::has_left(int i) const
 {
   const double *x = atom->x[i];
   return (atom->mask[i] & groupbit) &&
@@ -121,13 +111,14 @@ bool FixDiscFeed::gone(int i) const
 void FixDiscFeed::post_integrate()
 {
   if (update->ntimestep % nevery) return;
-  const auto poured = static_cast<size_t>(counts.poured);
+  const auto inserted = static_cast<size_t>(counts.inserted);
   ready = 0;
-  while (poured + ready < grains.size() && fallen(grains[poured + ready]) >= 0.0 && near(grains[poured + ready]))
+  while (inserted + ready < grains.size() && fall_time(grains[inserted + ready]) >= 0.0 &&
+         is_near(grains[inserted + ready]))
     ready++;
   int left = 0;
   for (int i = 0; i < atom->nlocal && !left; i++)
-    left = gone(i);
+    left = has_left(i);
   MPI_Allreduce(MPI_IN_PLACE, &left, 1, MPI_INT, MPI_MAX, world);
   if (ready || left) next_reneighbor = update->ntimestep;
 }
@@ -135,25 +126,25 @@ void FixDiscFeed::post_integrate()
 void FixDiscFeed::pre_exchange()
 {
   if (next_reneighbor != update->ntimestep) return;
-  // local indices change: the contact memory goes to the grains first
+  // local indices change: the contact history goes to the grains first
   if (auto *history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID)))
     history->pre_exchange();
   // new atoms take the places of ghosts, which come anew with the exchange that follows
   atom->map_clear();
   atom->nghost = 0;
-  const auto poured = static_cast<size_t>(counts.poured);
+  const auto inserted = static_cast<size_t>(counts.inserted);
   for (size_t k = 0; k < ready; k++)
-    insert(grains[poured + k]);
+    insert(grains[inserted + k]);
   ready = 0;
-  remove_gone();    // last: an insertion counts the atoms of all ranks anew, those that leave included
+  remove_grains();    // last: an insertion counts the atoms of all ranks anew, those that leave included
 }
 
 /* An atom outside a box that is not periodic belongs to nobody after the exchange of atoms that follows. */
-void FixDiscFeed::remove_gone()
+void FixDiscFeed::remove_grains()
 {
   Counts out;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!gone(i)) continue;
+    if (!has_left(i)) continue;
     const double *v = atom->v[i], m = atom->rmass[i], rim = atom->radius[i] * atom->omega[i][2];
     out.removed += 1.0;
     out.energy_out += m * (0.5 * (v[0] * v[0] + v[1] * v[1] + 0.5 * rim * rim) + gravity * atom->x[i][1]);
@@ -169,10 +160,10 @@ void FixDiscFeed::remove_gone()
 /* The step's first half kick is over where this is called: the velocity is that of the half step. */
 void FixDiscFeed::insert(const Grain &g)
 {
-  const double t = fallen(g), m = mass * g.diameter * g.diameter;
+  const double t = fall_time(g), m = mass * g.diameter * g.diameter;
   const double place[3] = {g.x, height - 0.5 * gravity * t * t, 0.0};
   const double velocity[3] = {0.0, -gravity * (t - 0.5 * update->dt), 0.0};
-  counts.poured += 1.0;
+  counts.inserted += 1.0;
   counts.energy_in += m * gravity * height;
   const int before = atom->nlocal;
   lammps_create_atoms(lmp, 1, &g.tag, &type, place, velocity, nullptr, 0);    // on the rank that owns the place
@@ -188,9 +179,9 @@ double FixDiscFeed::compute_vector(int n)
 {
   switch (n) {
   case 0:
-    return static_cast<double>(grains.size()) - counts.poured;
+    return static_cast<double>(grains.size()) - counts.inserted;
   case 1:
-    return counts.poured;
+    return counts.inserted;
   case 2:
     return counts.removed;
   case 3:

@@ -10,18 +10,21 @@
 namespace LAMMPS_NS
 {
 
+// clang-format off
 /* fix ID group disc/feed N FILE type t mass m gravity g height h [ahead a]
 
-   Pours grains: each falls from rest at height h, under the gravity g, from the time that FILE gives it.  Lines of
-   FILE: tag, time, x, diameter; times increase.  A grain that falls freely is no atom: its place is known in closed
-   form. Every N steps a grain that is closer than `a` (default 3) to where an atom of the group could meet it becomes
-   an atom of type t in the group, of mass m diameter^2, with the place and the velocity that the fall has given it.
-   Waiting until then changes nothing but the cost, as long as no pair closes in by more than a within N steps.
+   Particle insertion: each grain falls from rest at height h, under the gravity g, from the time that FILE gives it.
+   Lines of FILE: tag, time, x, diameter; times increase.  A grain that falls freely is no atom: its place is known in
+   closed form.  Every N steps a grain that is closer than `a` (default 3) to where an atom of the group could meet it
+   is inserted: it becomes an atom of type t in the group, of mass m diameter^2, with the place and the velocity that
+   the fall has given it.  Waiting until then changes nothing but the cost, as long as no pair closes in by more than a
+   within N steps.
 
    Atoms of the group that come within 1 of the sides or of the lower face of the box are removed.
 
-   Vector: 1 grains still to be released or falling; 2 grains made atoms; 3 grains removed; 4 energy brought in, the sum
+   Vector: 1 grains still to be released or falling; 2 grains inserted; 3 grains removed; 4 energy brought in, the sum
    of m g h; 5 energy taken out with removed grains (kinetic and m g y); 6 height of the highest atom of the group. */
+// clang-format on
 class FixDiscFeed : public Fix
 {
 public:
@@ -40,16 +43,16 @@ private:
     double time, x, diameter;
   };
   struct Counts {
-    double poured = 0.0, removed = 0.0, energy_in = 0.0, energy_out = 0.0;
+    double inserted = 0.0, removed = 0.0, energy_in = 0.0, energy_out = 0.0;
   };
 
   void read(const char *file);
   double now() const;
-  double fallen(const Grain &) const;
-  bool near(const Grain &) const;
-  bool gone(int i) const;
+  double fall_time(const Grain &) const;
+  bool is_near(const Grain &) const;
+  bool has_left(int i) const;
   void insert(const Grain &);
-  void remove_gone();
+  void remove_grains();
 
   std::vector<Grain> grains;
   Counts counts;

@@ -8,6 +8,7 @@
 #include "error.h"
 #include "force.h"
 #include "group.h"
+#include "keywords.h"
 #include "modify.h"
 #include "pair_disc.h"
 #include "rank_sums.h"
@@ -33,7 +34,8 @@ FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp,
     error->all(FLERR, "fix disc/integrate needs 'dimension 2' and a rectangular cell");
   if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag)
     error->all(FLERR, "fix disc/integrate needs radius, mass and rotation per atom: use 'atom_style sphere'");
-  parse(3, narg, arg);
+  keywords().parse(3, narg, arg);
+  check();
   for (int a = 0; a < 2; a++) {
     if (!axis[a].controlled) continue;
     if (!domain->periodicity[a])
@@ -43,34 +45,20 @@ FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp,
   begin_stage();
 }
 
-void FixDiscIntegrate::parse(int k, int narg, char **arg)
+Keywords FixDiscIntegrate::keywords()
 {
-  while (k < narg) {
-    const std::string keyword = arg[k];
-    if (keyword == "stress" || keyword == "gravity" || keyword == "fixed" || keyword == "cell") {
-      k += keyword == "stress"    ? parse_stress(k, narg, arg)
-           : keyword == "gravity" ? parse_gravity(k, narg, arg)
-           : keyword == "cell"    ? parse_cell(k, narg, arg)
-                                  : parse_fixed(k, narg, arg);
-      continue;
-    }
-    double *value = keyword == "mass"         ? &mass_factor
-                    : keyword == "rate"       ? &rate_cap
-                    : keyword == "wall"       ? &wall_cap
-                    : keyword == "convention" ? &convention
-                    : keyword == "drag"       ? &drag
-                    : keyword == "quench"     ? &quench
-                                              : nullptr;
-    if (!value)
-      error->all(FLERR,
-                 "fix disc/integrate: unknown keyword '{}'; known are: stress cell mass rate wall convention "
-                 "drag quench gravity fixed",
-                 keyword);
-    if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword '{}' needs a value", keyword);
-    *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-    k += 2;
-  }
-  check();
+  return {lmp,
+          "fix disc/integrate",
+          {{"stress", 2, "S_x and S_y (a number or NULL)", [this](LAMMPS *, char **value) { set_stress(value); }},
+           {"cell", 1, "lengths or strain", [this](LAMMPS *, char **value) { set_cell(value[0]); }},
+           number("mass", mass_factor),
+           number("rate", rate_cap),
+           number("wall", wall_cap),
+           number("convention", convention),
+           number("drag", drag),
+           number("quench", quench),
+           {"gravity", 2, "g_x and g_y", [this](LAMMPS *, char **value) { set_gravity(value); }},
+           {"fixed", 1, "a group", [this](LAMMPS *, char **value) { set_fixed(value[0]); }}}};
 }
 
 void FixDiscIntegrate::check() const
@@ -84,56 +72,46 @@ void FixDiscIntegrate::check() const
     error->all(FLERR, "fix disc/integrate: convention = {} must be -1, 0 or 1", convention);
 }
 
-int FixDiscIntegrate::parse_stress(int k, int narg, char **arg)
+void FixDiscIntegrate::set_stress(char **value)
 {
-  if (k + 2 >= narg)
-    error->all(FLERR, "fix disc/integrate: keyword 'stress' needs two values, S_x and S_y (a number or NULL)");
   for (int a = 0; a < 2; a++) {
-    axis[a].controlled = strcmp(arg[k + 1 + a], "NULL") != 0;
-    axis[a].target = axis[a].controlled ? utils::numeric(FLERR, arg[k + 1 + a], false, lmp) : 0.0;
+    axis[a].controlled = strcmp(value[a], "NULL") != 0;
+    axis[a].target = axis[a].controlled ? utils::numeric(FLERR, value[a], false, lmp) : 0.0;
   }
   stress_control = axis[0].controlled || axis[1].controlled;
-  return 3;
 }
 
-int FixDiscIntegrate::parse_cell(int k, int narg, char **arg)
+void FixDiscIntegrate::set_cell(const std::string &value)
 {
-  const std::string value = k + 1 < narg ? arg[k + 1] : "";
   if (value != "lengths" && value != "strain")
     error->all(FLERR, "fix disc/integrate: keyword 'cell' needs 'lengths' or 'strain', not '{}'", value);
   of_lengths = value == "lengths";
-  return 2;
 }
 
-int FixDiscIntegrate::parse_gravity(int k, int narg, char **arg)
+void FixDiscIntegrate::set_gravity(char **value)
 {
-  if (k + 2 >= narg) error->all(FLERR, "fix disc/integrate: keyword 'gravity' needs two values, g_x and g_y");
   for (int a = 0; a < 2; a++)
-    gravity[a] = utils::numeric(FLERR, arg[k + 1 + a], false, lmp);
-  return 3;
+    gravity[a] = utils::numeric(FLERR, value[a], false, lmp);
 }
 
-int FixDiscIntegrate::parse_fixed(int k, int narg, char **arg)
+void FixDiscIntegrate::set_fixed(const std::string &value)
 {
-  if (k + 1 >= narg) error->all(FLERR, "fix disc/integrate: keyword 'fixed' needs a group");
-  const int found = group->find(arg[k + 1]);
+  const int found = group->find(value);
   if (found < 0)
-    error->all(FLERR, "fix disc/integrate: there is no group '{}' to hold; define it before the fix", arg[k + 1]);
+    error->all(FLERR, "fix disc/integrate: there is no group '{}' to hold; define it before the fix", value);
   fixed = group->bitmask[found];
-  return 2;
 }
 
 bool FixDiscIntegrate::moves(int i) const { return !(atom->mask[i] & fixed); }
 
 int FixDiscIntegrate::modify_param(int narg, char **arg)
 {
-  if (strcmp(arg[0], "drag") == 0 || strcmp(arg[0], "quench") == 0) {
-    parse(0, std::min(narg, 2), arg);
-    return 2;
-  }
-  if (strcmp(arg[0], "stress") != 0) return 0;
+  const bool stress = strcmp(arg[0], "stress") == 0;
+  if (!stress && strcmp(arg[0], "drag") != 0 && strcmp(arg[0], "quench") != 0) return 0;
   const bool before[2] = {axis[0].controlled, axis[1].controlled};
-  const int used = parse_stress(0, narg, arg);
+  const int used = keywords().parse_one(0, narg, arg);
+  check();
+  if (!stress) return used;
   for (int a = 0; a < 2; a++)
     if (axis[a].controlled && !before[a])
       error->all(FLERR, "fix_modify stress: axis {} was fixed when the fix was defined; define the fix anew to free it",
@@ -151,8 +129,8 @@ void FixDiscIntegrate::begin_stage()
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   inertia = mass_factor * total / (of_lengths ? 1.0 : std::sqrt(domain->prd[0] * domain->prd[1]));
   for (int a = 0; a < 2; a++) {
-    if (axis[a].start > 0.0) axis[a].strain_rate *= axis[a].start / domain->prd[a];
-    axis[a].start = domain->prd[a];
+    if (axis[a].length0 > 0.0) axis[a].strain_rate *= axis[a].length0 / domain->prd[a];
+    axis[a].length0 = domain->prd[a];
     if (!axis[a].controlled) axis[a].strain_rate = 0.0;
   }
 }
@@ -179,9 +157,9 @@ void FixDiscIntegrate::init()
   history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
   if (stress_control && inertia <= 0.0)
     error->all(FLERR, "fix disc/integrate: the grains have no mass; define the fix after the masses");
-  pair->wants_stress = pair->wants_stress || stress_control;
-  history->fixed = fixed;
-  std::copy(gravity, gravity + 2, history->gravity);
+  pair->needs_virial = pair->needs_virial || stress_control;
+  history->state.fixed = fixed;
+  std::copy(gravity, gravity + 2, history->state.gravity);
   for (int i = 0; i < atom->nlocal; i++)
     if (!moves(i)) {
       std::fill(atom->v[i], atom->v[i] + 3, 0.0);
@@ -191,126 +169,127 @@ void FixDiscIntegrate::init()
 
 void FixDiscIntegrate::setup(int)
 {
-  if (history->goes_on()) {    // as the run that wrote the restart: forces and stress at half-step velocities
+  if (history->continues_restart()) {    // as the run that wrote the restart: forces and stress at half-step velocities
     history->restore_forces();
     return;
   }
-  double kinetic[2] = {0.0, 0.0};
+  double mv2[2] = {0.0, 0.0};
   const double *const v = atom->v[0], *const m = atom->rmass;
   for (int i = 0; i < atom->nlocal; i++)
     for (int a = 0; a < 2; a++)
-      kinetic[a] += m[i] * v[3 * i + a] * v[3 * i + a];
-  measure_stress(kinetic);
+      mv2[a] += m[i] * v[3 * i + a] * v[3 * i + a];
+  measure_stress(mv2);
 }
 
-/* ---- a step as LAMMPS takes it: its arrays are carried to the kernel's and back ---- */
+/* ---- a step as LAMMPS takes it: its arrays are copied to the kernel's and back ---- */
 
 void FixDiscIntegrate::initial_integrate(int)
 {
-  history->load(0, atom->nlocal);
-  history->load_actions();
-  advance(false, true);
-  history->store();
+  history->state.load(0, atom->nlocal);
+  history->state.load_forces();
+  integrate(false, true);
+  history->state.store();
 }
 
 void FixDiscIntegrate::final_integrate()
 {
-  history->load(0, atom->nlocal);
-  history->load_actions();
-  advance(true, false);
-  history->store();
+  history->state.load(0, atom->nlocal);
+  history->state.load_forces();
+  integrate(true, false);
+  history->state.store();
 }
 
 /* ---- a step ---- */
 
 /* Half a kick ends a step; half a kick begins the next, then the cell moves its grains and the grains move in the cell.
    One pass does what does not depend on what the cell does in between. */
-void FixDiscIntegrate::advance(bool finish_last, bool begin_next)
+void FixDiscIntegrate::integrate(bool final, bool initial)
 {
-  if (finish_last && begin_next && !stress_control && convention == 0.0) {
+  if (final && initial && !stress_control && convention == 0.0) {
     pass<true, true, true>();
-  } else if (finish_last && begin_next && convention == 0.0) {
+  } else if (final && initial && convention == 0.0) {
     pass<true, true, false>();
-    finish_cell();
+    final_integrate_cell();
     kick_cell(0.5 * update->dt);
     pass<false, false, true>();
   } else {
-    if (finish_last) {
+    if (final) {
       pass<true, false, false>();
-      finish_cell();
+      final_integrate_cell();
     }
-    if (begin_next) {
+    if (initial) {
       kick_cell(0.5 * update->dt);
       pass<false, true, true>();
     }
   }
 }
 
-template <bool FINISH, bool BEGIN, bool SHIFT> void FixDiscIntegrate::pass()
+template <bool FINAL, bool INITIAL, bool DRIFT> void FixDiscIntegrate::pass()
 {
   const double dt = update->dt;
-  disc::Kick half;
-  half.dt = 0.5 * dt;
-  std::copy(gravity, gravity + 2, half.gravity);
-  half.kept_spin = std::exp(-drag * half.dt);
+  disc::HalfKick kick;
+  kick.dt = 0.5 * dt;
+  std::copy(gravity, gravity + 2, kick.gravity);
+  kick.omega_scaling = std::exp(-drag * kick.dt);
   for (int a = 0; a < 2; a++)
-    half.kept[a] =
-        half.kept_spin * std::exp(-convention * axis[a].strain_rate * axis[a].start / domain->prd[a] * half.dt);
-  disc::Shift shift;
-  const bool stretched = SHIFT && stretch_cell(shift);
+    kick.v_scaling[a] =
+        kick.omega_scaling * std::exp(-convention * axis[a].strain_rate * axis[a].length0 / domain->prd[a] * kick.dt);
+  disc::Drift drift;
+  const bool cell_moves = DRIFT && scale_cell(drift);
 
-  const bool scaled = (FINISH || BEGIN) && (drag > 0.0 || convention != 0.0);
-  const auto advance = scaled ? (stretched ? &disc::advance<FINISH, BEGIN, true, SHIFT, SHIFT>
-                                           : &disc::advance<FINISH, BEGIN, true, SHIFT, false>)
-                              : (stretched ? &disc::advance<FINISH, BEGIN, false, SHIFT, SHIFT>
-                                           : &disc::advance<FINISH, BEGIN, false, SHIFT, false>);
-  const disc::Passed sums =
-      advance(half, shift, inertia_of.data(), history->actions.data(), history->grains.data(), atom->nlocal);
+  const bool scaled = (FINAL || INITIAL) && (drag > 0.0 || convention != 0.0);
+  const auto kernel = scaled ? (cell_moves ? &disc::integrate<FINAL, INITIAL, true, DRIFT, DRIFT>
+                                           : &disc::integrate<FINAL, INITIAL, true, DRIFT, false>)
+                             : (cell_moves ? &disc::integrate<FINAL, INITIAL, false, DRIFT, DRIFT>
+                                           : &disc::integrate<FINAL, INITIAL, false, DRIFT, false>);
+  DiscState &state = history->state;
+  const disc::StepSums sums =
+      kernel(kick, drift, inertia_of.data(), state.forces.data(), state.grains.data(), atom->nlocal);
 
-  for (const double scaled : sums.scaled)
-    dragged += 0.5 * (1.0 - half.kept_spin * half.kept_spin) * scaled;
-  const double kinetic[2] = {sums.xx, sums.yy};
-  if (FINISH) measure_stress(kinetic);
-  if (SHIFT) {
-    history->require_number(sums.sum);
-    history->moved(std::sqrt(sums.largest), shift.stretch);
+  for (const double twice_kinetic : sums.scaled)
+    drag_dissipated += 0.5 * (1.0 - kick.omega_scaling * kick.omega_scaling) * twice_kinetic;
+  const double mv2[2] = {sums.mvx2, sums.mvy2};
+  if (FINAL) measure_stress(mv2);
+  if (DRIFT) {
+    history->pairs.require_number(sums.displacement_sq_sum);
+    history->pairs.record_displacement(std::sqrt(sums.max_displacement_sq), drift.cell_scaling);
   }
 }
 
-void FixDiscIntegrate::finish_cell()
+void FixDiscIntegrate::final_integrate_cell()
 {
   if (!stress_control) return;
   const double dt = update->dt;
   for (int a = 0; a < 2; a++) {
     const double now = domain->prd[a];
-    const double change = -axis[a].strain_rate * axis[a].start * dt;
-    work -= 0.5 * change / (now - 0.5 * change) * (axis[a].virial - convention * axis[a].kinetic);
+    const double change = -axis[a].strain_rate * axis[a].length0 * dt;
+    work -= 0.5 * change / (now - 0.5 * change) * (axis[a].virial - convention * axis[a].mv2);
   }
   kick_cell(0.5 * dt);
 }
 
 /* The lower corner of the cell stays where it is.  Returns whether lengths changed. */
-bool FixDiscIntegrate::stretch_cell(disc::Shift &shift)
+bool FixDiscIntegrate::scale_cell(disc::Drift &drift)
 {
   const double dt = update->dt;
   for (int a = 0; a < 2; a++) {
     const double before = domain->prd[a];
-    const double change = -axis[a].strain_rate * axis[a].start * dt;
-    shift.stretch[a] = 1.0 + change / before;
-    shift.drift[a] = 0.5 * (1.0 + shift.stretch[a]) * dt;
-    shift.corner[a] = domain->boxlo[a];
+    const double change = -axis[a].strain_rate * axis[a].length0 * dt;
+    drift.cell_scaling[a] = 1.0 + change / before;
+    drift.dt[a] = 0.5 * (1.0 + drift.cell_scaling[a]) * dt;
+    drift.origin[a] = domain->boxlo[a];
     if (change == 0.0) continue;
-    if (!(shift.stretch[a] > 0.5))
+    if (!(drift.cell_scaling[a] > 0.5))
       error->all(
           FLERR,
           "fix disc/integrate: the cell collapsed (length {} along {} shrinks by {} in one step); use a smaller step, "
           "a larger mass or a rate cap",
           before, a ? 'y' : 'x', -change);
-    domain->boxhi[a] = domain->boxlo[a] + before * shift.stretch[a];
-    // half of the work at the old forces, half at the new ones (finish_cell)
-    work -= 0.5 * change / (before + 0.5 * change) * (axis[a].virial - convention * axis[a].kinetic);
+    domain->boxhi[a] = domain->boxlo[a] + before * drift.cell_scaling[a];
+    // half of the work at the old forces, half at the new ones (final_integrate_cell)
+    work -= 0.5 * change / (before + 0.5 * change) * (axis[a].virial - convention * axis[a].mv2);
   }
-  if (shift.stretch[0] == 1.0 && shift.stretch[1] == 1.0) return false;
+  if (drift.cell_scaling[0] == 1.0 && drift.cell_scaling[1] == 1.0) return false;
   domain->set_global_box();
   domain->set_local_box();
   return true;
@@ -318,27 +297,28 @@ bool FixDiscIntegrate::stretch_cell(disc::Shift &shift)
 
 void FixDiscIntegrate::kick_cell(double dt)
 {
-  const double kept = std::exp(-drag * dt);
+  const double scaling = std::exp(-drag * dt);
   for (int k = 0; k < 2; k++) {
     Axis &a = axis[k];
     if (!a.controlled) continue;
     if (quench > 0.0 && (a.target - a.stress) * a.strain_rate < 0.0) a.strain_rate = 0.0;
-    const double per_stress = of_lengths ? domain->prd[1 - k] / (a.start * inertia) : 1.0 / inertia;
-    a.strain_rate = kept * a.strain_rate + dt * per_stress * (a.target - a.stress);
+    const double per_stress = of_lengths ? domain->prd[1 - k] / (a.length0 * inertia) : 1.0 / inertia;
+    a.strain_rate = scaling * a.strain_rate + dt * per_stress * (a.target - a.stress);
     if (rate_cap > 0.0) a.strain_rate = std::fmin(std::fmax(a.strain_rate, -rate_cap), rate_cap);
-    if (wall_cap > 0.0) a.strain_rate = std::fmin(std::fmax(a.strain_rate, -wall_cap / a.start), wall_cap / a.start);
+    if (wall_cap > 0.0)
+      a.strain_rate = std::fmin(std::fmax(a.strain_rate, -wall_cap / a.length0), wall_cap / a.length0);
   }
 }
 
 /* sigma_aa = (1/A) [sum of m v_a^2 + sum over pairs of F_a r_a] (G07 eq. 3) */
-void FixDiscIntegrate::measure_stress(const double *kinetic)
+void FixDiscIntegrate::measure_stress(const double *mv2)
 {
   if (!stress_control) return;
-  double sums[4] = {kinetic[0], kinetic[1], pair->force_moment[0], pair->force_moment[1]};
+  double sums[4] = {mv2[0], mv2[1], pair->pair_virial[0], pair->pair_virial[1]};
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
   const double area = domain->prd[0] * domain->prd[1];
   for (int a = 0; a < 2; a++) {
-    axis[a].kinetic = sums[a];
+    axis[a].mv2 = sums[a];
     axis[a].virial = sums[2 + a];
     axis[a].stress = (sums[a] + sums[2 + a]) / area;
   }
@@ -360,7 +340,7 @@ double FixDiscIntegrate::compute_vector(int n)
   default:
     break;
   }
-  double total = n == 6 ? dragged : 0.0;
+  double total = n == 6 ? drag_dissipated : 0.0;
   if (n == 7)
     for (int i = 0; i < atom->nlocal; i++)
       if (moves(i)) total -= atom->rmass[i] * (gravity[0] * atom->x[i][0] + gravity[1] * atom->x[i][1]);
@@ -370,11 +350,12 @@ double FixDiscIntegrate::compute_vector(int n)
 
 void FixDiscIntegrate::write_restart(FILE *fp)
 {
-  std::vector<double> state = {axis[0].strain_rate, axis[1].strain_rate, axis[0].start, axis[1].start, inertia, work};
-  for (const auto value : {&Axis::stress, &Axis::virial, &Axis::kinetic})
+  std::vector<double> state = {
+      axis[0].strain_rate, axis[1].strain_rate, axis[0].length0, axis[1].length0, inertia, work};
+  for (const auto value : {&Axis::stress, &Axis::virial, &Axis::mv2})
     for (const Axis &a : axis)
       state.push_back(a.*value);
-  save_rank_sums(world, {dragged}, state);
+  save_rank_sums(world, {drag_dissipated}, state);
   if (comm->me != 0) return;
   const int size = static_cast<int>(state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
@@ -386,12 +367,12 @@ void FixDiscIntegrate::restart(char *buf)
   const auto *state = reinterpret_cast<const double *>(buf);
   for (int a = 0; a < 2; a++) {
     axis[a].strain_rate = axis[a].controlled ? state[a] : 0.0;
-    axis[a].start = state[2 + a];
+    axis[a].length0 = state[2 + a];
     axis[a].stress = state[6 + a];
     axis[a].virial = state[8 + a];
-    axis[a].kinetic = state[10 + a];
+    axis[a].mv2 = state[10 + a];
   }
   inertia = state[4];
   work = state[5];
-  dragged = restore_rank_sums(world, state + 12, 1)[0];
+  drag_dissipated = restore_rank_sums(world, state + 12, 1)[0];
 }

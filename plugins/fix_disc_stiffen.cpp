@@ -34,7 +34,7 @@ FixDiscStiffen::FixDiscStiffen(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, nar
 
 int FixDiscStiffen::setmask() { return FixConst::PRE_FORCE; }
 
-/* The law of the deck is that before the ramp, also after a restart: what the ramp had reached then comes back here. */
+/* The law of the deck is that before the ramp, also after a restart: the factor reached then is applied here. */
 void FixDiscStiffen::init()
 {
   pair = dynamic_cast<PairDisc *>(force->pair);
@@ -49,27 +49,27 @@ void FixDiscStiffen::init()
     if (!stiffness[k]) error->all(FLERR, "fix disc/stiffen: pair_style {} has no {}", force->pair_style, names[k]);
     if (first) initial[k] = *stiffness[k];
   }
-  if (begun < 0) begun = update->ntimestep;
-  set(now);
+  if (ramp_start < 0) ramp_start = update->ntimestep;
+  set_factor(reached);
 }
 
-double FixDiscStiffen::reached(bigint step) const
+double FixDiscStiffen::factor_at(bigint step) const
 {
-  const double passed = static_cast<double>(step - begun) * update->dt;
-  return passed < duration ? std::pow(factor, passed / duration) : factor;
+  const double elapsed = static_cast<double>(step - ramp_start) * update->dt;
+  return elapsed < duration ? std::pow(factor, elapsed / duration) : factor;
 }
 
-void FixDiscStiffen::set(double value)
+void FixDiscStiffen::set_factor(double value)
 {
-  now = value;
+  reached = value;
   for (int k = 0; k < STIFFNESSES; k++)
-    *stiffness[k] = initial[k] * now;
+    *stiffness[k] = initial[k] * reached;
 }
 
-double FixDiscStiffen::stored() const
+double FixDiscStiffen::stored_energy() const
 {
   double sum = 0.0;
-  pair->each(
+  pair->for_each_pair(
       [&](int, int, const PairDisc::Interaction &one, double weight) { sum += weight * pair->energy(one).sum(); });
   return sum;
 }
@@ -77,20 +77,20 @@ double FixDiscStiffen::stored() const
 /* Positions, ghosts and list are those of the force evaluation that follows. */
 void FixDiscStiffen::pre_force(int)
 {
-  if (update->setupflag || now == factor || (update->ntimestep - begun) % nevery != 0) return;
-  pair->choose_close();
-  const double before = stored(), ratio = reached(update->ntimestep) / now;
-  history->rescale(1.0 / ratio);
-  set(reached(update->ntimestep));
-  history->renew_viscosity();
-  work += stored() - before;
+  if (update->setupflag || reached == factor || (update->ntimestep - ramp_start) % nevery != 0) return;
+  pair->rebuild_pair_list();
+  const double before = stored_energy(), ratio = factor_at(update->ntimestep) / reached;
+  history->pairs.scale_springs(1.0 / ratio);
+  set_factor(factor_at(update->ntimestep));
+  history->pairs.update_pair_constants(*pair);
+  work += stored_energy() - before;
 }
 
-double FixDiscStiffen::compute_scalar() { return now == factor ? 1.0 : 0.0; }
+double FixDiscStiffen::compute_scalar() { return reached == factor ? 1.0 : 0.0; }
 
 double FixDiscStiffen::compute_vector(int n)
 {
-  if (n == 0) return now;
+  if (n == 0) return reached;
   double total = work;
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   return total;
@@ -98,7 +98,7 @@ double FixDiscStiffen::compute_vector(int n)
 
 void FixDiscStiffen::write_restart(FILE *fp)
 {
-  std::vector<double> state = {now, ubuf(begun).d};
+  std::vector<double> state = {reached, ubuf(ramp_start).d};
   save_rank_sums(world, {work}, state);
   if (comm->me != 0) return;
   const int size = static_cast<int>(state.size() * sizeof(double));
@@ -109,8 +109,8 @@ void FixDiscStiffen::write_restart(FILE *fp)
 void FixDiscStiffen::restart(char *buf)
 {
   const auto *state = reinterpret_cast<const double *>(buf);
-  now = state[0];
+  reached = state[0];
   double first = state[1];
-  begun = static_cast<bigint>(ubuf(first).i);
+  ramp_start = static_cast<bigint>(ubuf(first).i);
   work = restore_rank_sums(world, state + 2, 1)[0];
 }

@@ -7,6 +7,7 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "keywords.h"
 #include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
@@ -17,29 +18,6 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
-
-namespace
-{
-enum Column {
-  ID_I,
-  ID_J,
-  STATE,
-  BX,
-  BY,
-  GAP,
-  ELASTIC,
-  VISCOUS,
-  ATTRACTION,
-  TANGENTIAL,
-  MOMENT,
-  STRETCH,
-  ROTATION,
-  SLIDING,
-  ROLLING,
-  COLUMNS
-};
-enum Sum { E_ELASTIC, E_TANGENTIAL, E_ROLLING, E_ADHESIVE, D_VISCOUS, D_SLIDING, D_ROLLING, SUMS };
-}    // namespace
 
 PairDisc::PairDisc(LAMMPS *lmp) : Pair(lmp), ghosts(lmp)
 {
@@ -70,22 +48,22 @@ PairDisc::~PairDisc()
 
 void PairDisc::settings(int narg, char **arg)
 {
-  const char *const style = force->pair_style;
   account = second_order = true;
-  for (int k = 0; k < narg; k += 2) {
-    const std::string keyword = arg[k];
-    if (keyword != "account" && keyword != "scheme")
-      error->all(FLERR, "pair_style {}: unknown keyword '{}'; known are: account yes|no, scheme second|paper", style,
-                 keyword);
-    if (k + 1 >= narg) error->all(FLERR, "pair_style {}: keyword '{}' needs a value", style, keyword);
-    const std::string value = arg[k + 1];
-    if (keyword == "account")
-      account = utils::logical(FLERR, value, false, lmp);
-    else if (value == "second" || value == "paper")
-      second_order = value == "second";
-    else
-      error->all(FLERR, "pair_style {}: scheme '{}' is unknown; known are: second, paper", style, value);
-  }
+  const Keywords keywords(
+      lmp, fmt::format("pair_style {}", force->pair_style),
+      {logical("account", account),
+       {"scheme", 1, "extrapolated or half_step", [this](LAMMPS *, char **value) { set_scheme(value[0]); }}});
+  keywords.parse(0, narg, arg);
+}
+
+/* `second` and `paper` are the names of version 0.3 and before. */
+void PairDisc::set_scheme(const std::string &value)
+{
+  second_order = value == "extrapolated" || value == "second";
+  if (!second_order && value != "half_step" && value != "paper")
+    error->all(FLERR,
+               "pair_style {}: scheme '{}' is unknown; known are: extrapolated, half_step (of old: second, paper)",
+               force->pair_style, value);
 }
 
 void PairDisc::read_coefficients(int narg, char **arg, const std::vector<Coefficient> &known)
@@ -93,18 +71,10 @@ void PairDisc::read_coefficients(int narg, char **arg, const std::vector<Coeffic
   const char *const style = force->pair_style;
   if (narg < 2 || std::string(arg[0]) != "*" || std::string(arg[1]) != "*")
     error->all(FLERR, "pair_coeff of {} must start with '* *': one material for all grains", style);
-  for (int k = 2; k < narg; k += 2) {
-    const std::string keyword = arg[k];
-    const auto found = std::find_if(known.begin(), known.end(), [&](const auto &one) { return keyword == one.name; });
-    if (found == known.end()) {
-      std::string names;
-      for (const Coefficient &one : known)
-        names += std::string(" ") + one.name;
-      error->all(FLERR, "pair_coeff of {}: unknown keyword '{}'; known are:{}", style, keyword, names);
-    }
-    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of {}: keyword '{}' needs a value", style, keyword);
-    *found->value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-  }
+  std::vector<Keyword> table;
+  for (const Coefficient &one : known)
+    table.push_back(number(one.name, *one.value));
+  Keywords(lmp, fmt::format("pair_coeff of {}", style), table).parse(2, narg, arg);
   allocate();
 }
 
@@ -169,53 +139,49 @@ void PairDisc::init_style()
   if (!history)
     error->all(FLERR, "fix ID {} belongs to pair_style {}; give your fix another ID", FixDiscHistory::ID,
                force->pair_style);
-  history->range = range();
-  wants_stress = false;    // fixes that need it ask again in their init()
+  history->pairs.cutoff_gap = cutoff_gap();
+  history->pairs.second_order = second_order;
+  needs_virial = false;    // fixes that need it ask again in their init()
 }
 
 bool PairDisc::counted_once(int j) const { return force->newton_pair || j < atom->nlocal; }
 
 /* ---- forces ---- */
 
-void PairDisc::choose_close()
+void PairDisc::rebuild_pair_list()
 {
-  history->load(0, atom->nlocal + atom->nghost);
-  history->choose_close();
+  history->state.load(0, atom->nlocal + atom->nghost);
+  history->pairs.rebuild_pair_list(*this);
 }
 
 void PairDisc::evaluate()
 {
-  history->choose_close();
-  const disc::Sums sums = sweep(wants_stress);
-  force_moment[0] = sums.xx;
-  force_moment[1] = sums.yy;
-  force_moment[2] = sums.xy;
-  history->lost.viscous += sums.viscous;
-  history->lost.sliding += sums.sliding;
-  history->lost.rolling += sums.rolling;
-  disc::Extremes &most = history->extremes;
-  most.overlap = std::max(most.overlap, sums.overlap);
-  most.approach = std::max(most.approach, sums.approach);
-  most.advance = std::max(most.advance, sums.approach * history->motion.dt);
+  history->pairs.rebuild_pair_list(*this);
+  const disc::PairSums sums = compute_active_pairs(needs_virial);
+  pair_virial[0] = sums.xx;
+  pair_virial[1] = sums.yy;
+  pair_virial[2] = sums.xy;
+  history->state.add_sums(sums);
 }
 
-/* Before a run: no time passes, velocities are those of this moment, the memory of earlier ones stays; and all of it
-   where a run goes on from a restart. */
-void PairDisc::evaluate_standing()
+/* Before a run: no time passes, velocities are those of this moment, those of the step before stay in the history; and
+   all of the history stays where a run goes on from a restart. */
+void PairDisc::evaluate_setup()
 {
-  history->motion.dt = history->motion.ahead = 0.0;
-  history->motion.carry[0] = history->motion.carry[1] = 1.0;
-  history->choose_close();
-  const disc::Contacts before = history->close;
-  const disc::Extremes most = history->extremes;
+  disc::ActivePairs &active = history->pairs.active;
+  history->state.stop_kinematics();
+  history->pairs.rebuild_pair_list(*this);
+  const disc::ActivePairs before = active;
+  const disc::Extremes extremes = history->state.extremes;
   evaluate();
-  if (history->goes_on()) {
-    history->close = before;
-    history->extremes = most;
-  } else {
-    history->close.speed = before.speed;
-    history->close.sideways = before.sideways;
+  if (history->continues_restart()) {
+    active = before;
+    history->state.extremes = extremes;
+    return;
   }
+  const disc::HistoryColumns &columns = history->pairs.columns;
+  for (int m = 0; m < columns.count; m++)
+    if (columns[m].velocity()) active.history[m] = before.history[m];
 }
 
 void PairDisc::compute(int eflag, int vflag)
@@ -225,30 +191,31 @@ void PairDisc::compute(int eflag, int vflag)
     error->all(FLERR, "pair_style {} has no per-atom energy or stress; use the contact table of compute pair/local",
                force->pair_style);
   const int nlocal = atom->nlocal;
-  history->load(0, nlocal + atom->nghost);
-  history->begin_actions();
-  const bool stress_at_every_step = wants_stress;
-  wants_stress = wants_stress || vflag_global;
+  DiscState &state = history->state;
+  state.load(0, nlocal + atom->nghost);
+  state.reset_forces();
+  const bool virial_at_every_step = needs_virial;
+  needs_virial = needs_virial || vflag_global;
   if (update->setupflag)
-    evaluate_standing();
+    evaluate_setup();
   else
     evaluate();
-  wants_stress = stress_at_every_step;
-  if (force->newton_pair) ghosts.collect(history->actions);
+  needs_virial = virial_at_every_step;
+  if (force->newton_pair) ghosts.reverse_comm(state.forces);
 
   double *const f = atom->f[0], *const torque = atom->torque[0];
   for (int i = 0, k = 0; i < nlocal; i++, k += 3) {
-    if (atom->mask[i] & history->fixed) continue;
-    const disc::Action &a = history->actions[i];
-    f[k] += a.fx;
-    f[k + 1] += a.fy;
-    torque[k + 2] += a.moment + history->grains[i].r * a.tangential;
+    if (atom->mask[i] & state.fixed) continue;
+    const disc::GrainForce &sum = state.forces[i];
+    f[k] += sum.fx;
+    f[k + 1] += sum.fy;
+    torque[k + 2] += sum.moment + state.grains[i].r * sum.tangential;
   }
   if (eflag_global) tally_energy();
   if (vflag_global) {
-    virial[0] += force_moment[0];
-    virial[1] += force_moment[1];
-    virial[3] += force_moment[2];
+    virial[0] += pair_virial[0];
+    virial[1] += pair_virial[1];
+    virial[3] += pair_virial[2];
   }
 }
 
@@ -256,9 +223,9 @@ void PairDisc::compute(int eflag, int vflag)
 
 const std::vector<disc::Grain> &PairDisc::refreshed_grains()
 {
-  history->load(0, atom->nlocal);
-  ghosts.refresh(history->grains, true);
-  return history->grains;
+  history->state.load(0, atom->nlocal);
+  ghosts.forward_comm(history->state.grains, true);
+  return history->state.grains;
 }
 
 int PairDisc::pack_forward_comm(int n, int *list, double *buf, int pbc_flag, int *pbc)
@@ -272,7 +239,7 @@ void PairDisc::unpack_forward_comm(int n, int first, double *buf) { ghosts.unpac
 
 PairDisc::Interaction PairDisc::geometry(int c) const
 {
-  const int i = history->close.i[c], j = history->close.j[c];
+  const int i = history->pairs.active.i[c], j = history->pairs.active.j[c];
   Interaction now;
   now.bx = atom->x[j][0] - atom->x[i][0];
   now.by = atom->x[j][1] - atom->x[i][1];
@@ -284,7 +251,7 @@ PairDisc::Interaction PairDisc::geometry(int c) const
 void PairDisc::tally_energy()
 {
   Energy total;
-  each([&](int, int, const Interaction &now, double weight) {
+  for_each_pair([&](int, int, const Interaction &now, double weight) {
     const Energy e = energy(now);
     total.elastic += weight * e.elastic;
     total.tangential += weight * e.tangential;
@@ -292,18 +259,18 @@ void PairDisc::tally_energy()
     total.adhesive += weight * e.adhesive;
   });
   eng_vdwl = total.sum();
-  const disc::Sums &lost = history->lost;
-  const double sums[SUMS] = {total.elastic, total.tangential, total.rolling, total.adhesive,
-                             lost.viscous,  lost.sliding,     lost.rolling};
+  const disc::PairSums &dissipated = history->state.dissipated;
+  const double sums[SUMS] = {total.elastic,      total.tangential,   total.rolling,     total.adhesive,
+                             dissipated.viscous, dissipated.sliding, dissipated.rolling};
   std::copy(sums, sums + SUMS, pvector);
 }
 
-/* Contact output for compute pair/local: reads the records, changes nothing. */
+/* Contact output for compute pair/local: reads the active pairs, changes nothing. */
 double PairDisc::single(int i, int j, int, int, double, double, double, double &fforce)
 {
-  if (!history || !history->current())
+  if (!history || !history->up_to_date())
     error->one(FLERR, "the contact table is out of date since the last run: use 'run 0' before the output");
-  const int c = history->find(i, j);
+  const int c = history->pairs.find(i, j);
   fforce = 0.0;
   std::fill(svector, svector + COLUMNS, 0.0);
   if (c < 0) return 0.0;
@@ -319,8 +286,8 @@ double PairDisc::single(int i, int j, int, int, double, double, double, double &
   svector[ATTRACTION] = now.attraction;
   svector[TANGENTIAL] = now.tangential;
   svector[MOMENT] = now.moment;
-  svector[STRETCH] = now.stretch;
-  svector[ROTATION] = now.rotation;
+  svector[DU] = now.xi_t;
+  svector[DTHETA] = now.xi_r;
   svector[SLIDING] = now.sliding;
   svector[ROLLING] = now.rolling;
   fforce = now.normal() / now.distance;

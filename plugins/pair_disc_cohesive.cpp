@@ -11,6 +11,7 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
+using H = disc::CohesiveHistory;
 
 /* ---- coefficients ---- */
 
@@ -48,8 +49,6 @@ void PairDiscCohesive::check()
 void PairDiscCohesive::init_style()
 {
   PairDisc::init_style();
-  history->second_order = second_order;
-  history->turned = -1.0;    // dtheta seen from the other grain is the opposite
   if (!allocated) error->all(FLERR, "pair_style disc/cohesive has no coefficients: use 'pair_coeff * * kn ...'");
 }
 
@@ -61,35 +60,26 @@ void *PairDiscCohesive::extract(const char *name, int &dim)
   return nullptr;
 }
 
-/* ---- the loop ---- */
+/* ---- the pair loop ---- */
 
-/* Turns run-time flags into the kernel compiled for exactly that combination. */
-template <bool... CHOSEN> PairDiscCohesive::Kernel PairDiscCohesive::choose(const bool *flags) const
+disc::PairSums PairDiscCohesive::compute_active_pairs(bool stress)
 {
-  if constexpr (sizeof...(CHOSEN) == FLAGS)
-    return &PairDiscCohesive::kernel<CHOSEN...>;
-  else
-    return flags[sizeof...(CHOSEN)] ? choose<CHOSEN..., true>(flags) : choose<CHOSEN..., false>(flags);
-}
-
-disc::Sums PairDiscCohesive::sweep(bool stress)
-{
-  const bool flags[FLAGS] = {second_order,  law.damping(), law.cohesion(), law.friction(),
-                             law.rolling(), account,       law.dashpots()};
-  return (this->*choose<>(flags))(stress);
-}
-
-template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT, bool DASHPOTS>
-disc::Sums PairDiscCohesive::kernel(bool stress)
-{
-  const disc::Cohesive<SECOND, DAMPING, COHESION, FRICTION, ROLLING, DASHPOTS && (FRICTION || ROLLING)> cohesive{law};
-  return disc::sweep<decltype(cohesive), ACCOUNT>(cohesive, history->motion, history->grains.data(), atom->nlocal,
-                                                  !force->newton_pair, stress, history->close, history->actions.data());
+  const std::array flags = {second_order,  law.damping(), law.cohesion(), law.friction(),
+                            law.rolling(), account,       law.dashpots()};
+  return call_with_flags(flags, [&](auto second, auto damping, auto cohesion, auto friction, auto rolling,
+                                    auto dissipation, auto dashpots) {
+    using Kernel =
+        disc::Cohesive<second(), damping(), cohesion(), friction(), rolling(), dashpots() && (friction() || rolling())>;
+    return pair_loop<Kernel, dissipation()>(Kernel{law}, stress);
+  });
 }
 
 /* ---- one pair, for output ---- */
 
-double PairDiscCohesive::viscosity(int i, int j) const { return law.viscosity(atom->rmass[i], atom->rmass[j]); }
+double PairDiscCohesive::pair_constant(int i, int j) const
+{
+  return law.critical_damping(atom->rmass[i], atom->rmass[j]);
+}
 
 PairDisc::Interaction PairDiscCohesive::interaction(int c) const
 {
@@ -97,21 +87,21 @@ PairDisc::Interaction PairDiscCohesive::interaction(int c) const
   if (now.gap < 0.0) {
     now.state = CONTACT;
     now.elastic = -law.kn * now.gap;
-    now.viscous = history->close.viscous[c];
-    now.stretch = history->close.stretch[c];
-    now.rotation = history->close.rotation[c];
-    now.tangential = -law.kt * now.stretch;
-    now.moment = -law.kr * now.rotation;
-    constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the slider stops on the cone to within rounding
+    now.viscous = history_value(H::FN_DAMP, c);
+    now.xi_t = history_value(H::XI_T, c);
+    now.xi_r = history_value(H::XI_R, c);
+    now.tangential = -law.kt * now.xi_t;
+    now.moment = -law.kr * now.xi_r;
+    constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the spring stops at its limit to within rounding
     now.sliding = law.friction() && std::fabs(now.tangential) >= AT_LIMIT * law.mu * now.elastic;
     now.rolling = law.rolling() && std::fabs(now.moment) >= AT_LIMIT * law.mur * now.elastic;
     if (law.dashpots()) {
-      now.tangential += history->close.viscous_t[c];
-      now.moment += history->close.viscous_r[c];
+      now.tangential += history_value(H::FT_DAMP, c);
+      now.moment += history_value(H::MR_DAMP, c);
     }
   } else {
-    now.viscous = history->close.viscous[c];    // what a contact that opened in this step was still due
-    if (now.gap < law.range() || now.viscous != 0.0) now.state = DISTANT;
+    now.viscous = history_value(H::FN_DAMP, c);    // what a contact that opened in this step was still due
+    if (now.gap < law.cutoff_gap() || now.viscous != 0.0) now.state = DISTANT;
   }
   now.attraction = law.attraction(now.gap);
   return now;
@@ -123,8 +113,8 @@ PairDisc::Energy PairDiscCohesive::energy(const Interaction &now) const
   if (now.state == APART) return e;
   if (now.state == CONTACT) {
     e.elastic = 0.5 * law.kn * now.gap * now.gap;
-    if (law.friction()) e.tangential = 0.5 * law.kt * now.stretch * now.stretch;
-    if (law.rolling()) e.rolling = 0.5 * law.kr * now.rotation * now.rotation;
+    if (law.friction()) e.tangential = 0.5 * law.kt * now.xi_t * now.xi_t;
+    if (law.rolling()) e.rolling = 0.5 * law.kr * now.xi_r * now.xi_r;
   }
   e.adhesive = law.adhesive_energy(now.gap);
   return e;

@@ -9,11 +9,12 @@
 namespace LAMMPS_NS
 {
 
-/* pair_style disc/cohesive [account yes|no] [scheme second|paper]
-   pair_coeff * * kn K_N kt K_T zeta z mu m f0 F0 d0 D0 kr K_r mur mu_r zetat z_t zetar z_r
+// clang-format off
+/* pair_style disc/cohesive [account yes|no] [scheme extrapolated|half_step]
+   pair_coeff * * kn K_N [kt K_T] [zeta z] [mu m] [f0 F0] [d0 D0] [kr K_r] [mur mu_r] [zetat z_t] [zetar z_r]
 
-   The exact law of G07 (kernels/cohesive.h).  kn is required; a term whose coefficient is zero or absent costs nothing.
- */
+   The exact law of G07 (kernels/cohesive.h).  A term whose coefficient is zero or absent costs nothing. */
+// clang-format on
 class PairDiscCohesive : public PairDisc
 {
 public:
@@ -24,18 +25,14 @@ public:
   void read_restart(FILE *fp) override { read_law(fp, &law, sizeof(law)); }
   void *extract(const char *, int &) override;
 
-  double range() const override { return law.range(); }
-  double viscosity(int i, int j) const override;
+  double cutoff_gap() const override { return law.cutoff_gap(); }
+  double pair_constant(int i, int j) const override;
+  disc::HistoryColumns history_columns() const override { return disc::columns_of<disc::CohesiveHistory>(); }
   Interaction interaction(int c) const override;
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 7;
-  using Kernel = disc::Sums (PairDiscCohesive::*)(bool);
-  template <bool SECOND, bool DAMPING, bool COHESION, bool FRICTION, bool ROLLING, bool ACCOUNT, bool DASHPOTS>
-  disc::Sums kernel(bool stress);
-  template <bool... CHOSEN> Kernel choose(const bool *flags) const;
-  disc::Sums sweep(bool stress) override;
+  disc::PairSums compute_active_pairs(bool stress) override;
   std::vector<Coefficient> coefficients();
   void check();
 

@@ -10,6 +10,7 @@
 #include <cmath>
 
 using namespace LAMMPS_NS;
+using H = disc::ContinuousHistory;
 
 /* ---- coefficients ---- */
 
@@ -55,47 +56,32 @@ void PairDiscContinuous::init_style()
 {
   largest = largest_diameter();
   PairDisc::init_style();
-  history->second_order = second_order;
-  history->turned = 1.0;    // T is the same seen from both grains
   if (!allocated) error->all(FLERR, "pair_style disc/continuous has no coefficients: use 'pair_coeff * * index ...'");
 }
 
-double PairDiscContinuous::init_one(int, int) { return law.reach() * largest; }
+double PairDiscContinuous::init_one(int, int) { return law.cutoff_ratio() * largest; }
 
-/* ---- the loop ---- */
+/* ---- the pair loop ---- */
 
-template <bool... CHOSEN> PairDiscContinuous::Kernel PairDiscContinuous::choose(const bool *flags) const
+disc::PairSums PairDiscContinuous::compute_active_pairs(bool stress)
 {
-  if constexpr (sizeof...(CHOSEN) == FLAGS)
-    return &PairDiscContinuous::kernel<CHOSEN...>;
-  else
-    return flags[sizeof...(CHOSEN)] ? choose<CHOSEN..., true>(flags) : choose<CHOSEN..., false>(flags);
-}
-
-disc::Sums PairDiscContinuous::sweep(bool stress)
-{
-  const bool flags[FLAGS] = {second_order, law.spring(), law.friction(), account};
-  return (this->*choose<>(flags))(stress);
-}
-
-template <bool SECOND, bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums PairDiscContinuous::kernel(bool stress)
-{
-  const disc::Continuous<SECOND, SPRING, FRICTION> continuous{law};
-  return disc::sweep<decltype(continuous), ACCOUNT>(continuous, history->motion, history->grains.data(), atom->nlocal,
-                                                    !force->newton_pair, stress, history->close,
-                                                    history->actions.data());
+  const std::array flags = {second_order, law.spring(), law.friction(), account};
+  return call_with_flags(flags, [&](auto second, auto spring, auto friction, auto dissipation) {
+    using Kernel = disc::Continuous<second(), spring(), friction()>;
+    return pair_loop<Kernel, dissipation()>(Kernel{law}, stress);
+  });
 }
 
 void PairDiscContinuous::compute(int eflag, int vflag)
 {
   PairDisc::compute(eflag, vflag);
-  if (eflag_global) pvector[5] -= pvector[1];    // what T_e took and the displacements do not hold
+  if (eflag_global) pvector[D_SLIDING] -= pvector[E_TANGENTIAL];    // what T_e took and the displacements do not hold
 }
 
 /* ---- one pair, for output ---- */
 
 /* sqrt(m) of the damping C = sqrt(m k), m = 2 m*: the mass of each of two equal grains */
-double PairDiscContinuous::viscosity(int i, int j) const
+double PairDiscContinuous::pair_constant(int i, int j) const
 {
   const double mi = atom->rmass[i], mj = atom->rmass[j];
   return std::sqrt(2.0 * mi * mj / (mi + mj));
@@ -104,17 +90,17 @@ double PairDiscContinuous::viscosity(int i, int j) const
 PairDisc::Interaction PairDiscContinuous::interaction(int c) const
 {
   Interaction now = geometry(c);
-  const double touch = now.distance - now.gap, depth = law.reach() * touch - now.distance;
+  const double radsum = now.distance - now.gap, depth = law.cutoff_ratio() * radsum - now.distance;
   if (depth <= 0.0) return now;
   now.state = CONTACT;
-  now.elastic = law.elastic(now.distance, touch);
-  now.viscous = history->close.viscous[c];
+  now.elastic = law.elastic(now.distance, radsum);
+  now.viscous = history_value(H::FN_DAMP, c);
   if (!law.friction()) return now;
-  now.stretch = history->close.stretch[c];
+  now.xi_t = history_value(H::XI_T, c);
   const double largest = law.alpha * law.mu * depth;
-  const double rest = 1.0 - std::fabs(now.stretch) / largest;
-  now.tangential = history->close.rotation[c];
-  now.sliding = rest < 1.0e-12;    // d stops at its limit to within rounding
+  const double rest = 1.0 - std::fabs(now.xi_t) / largest;
+  now.tangential = history_value(H::FT, c);
+  now.sliding = rest < 1.0e-12;    // xi_t stops at its limit to within rounding
   return now;
 }
 
@@ -122,9 +108,9 @@ PairDisc::Energy PairDiscContinuous::energy(const Interaction &now) const
 {
   Energy e;
   if (now.state == APART) return e;
-  const double touch = now.distance - now.gap;
-  e.elastic = law.potential(now.distance, touch);
+  const double radsum = now.distance - now.gap;
+  e.elastic = law.potential(now.distance, radsum);
   if (law.friction())
-    e.tangential = law.tangential_energy(now.elastic, law.reach() * touch - now.distance, now.stretch);
+    e.tangential = law.tangential_energy(now.elastic, law.cutoff_ratio() * radsum - now.distance, now.xi_t);
   return e;
 }

@@ -9,12 +9,14 @@
 namespace LAMMPS_NS
 {
 
-/* pair_style disc/continuous [account yes|no] [scheme second|paper]
+// clang-format off
+/* pair_style disc/continuous [account yes|no] [scheme extrapolated|half_step]
    pair_coeff * * [force F] [index n] [cutoff c] [hooke k] [mu m] [alpha a] [damping z] [printed_rotation 0|1]
                   [printed_damping 0|1]
 
    The law of B97 (kernels/continuous.h) and, with hooke, its linear twin.  A pair interacts below r0 = c sigma_ij; its
-   memory begins there. */
+   history begins there. */
+// clang-format on
 class PairDiscContinuous : public PairDisc
 {
 public:
@@ -26,17 +28,14 @@ public:
   void write_restart(FILE *fp) override { write_law(fp, &law, sizeof(law)); }
   void read_restart(FILE *fp) override { read_law(fp, &law, sizeof(law)); }
 
-  double range() const override { return (law.reach() - 1.0) * largest; }    // of the largest pair
-  double viscosity(int i, int j) const override;
+  double cutoff_gap() const override { return (law.cutoff_ratio() - 1.0) * largest; }    // of the largest pair
+  double pair_constant(int i, int j) const override;
+  disc::HistoryColumns history_columns() const override { return disc::columns_of<disc::ContinuousHistory>(); }
   Interaction interaction(int c) const override;
   Energy energy(const Interaction &) const override;
 
 private:
-  static constexpr int FLAGS = 4;
-  using Kernel = disc::Sums (PairDiscContinuous::*)(bool);
-  template <bool SECOND, bool SPRING, bool FRICTION, bool ACCOUNT> disc::Sums kernel(bool stress);
-  template <bool... CHOSEN> Kernel choose(const bool *flags) const;
-  disc::Sums sweep(bool stress) override;
+  disc::PairSums compute_active_pairs(bool stress) override;
   void check() const;
 
   disc::ContinuousLaw law;

@@ -6,6 +6,7 @@
 #include "comm.h"
 #include "error.h"
 #include "force.h"
+#include "keywords.h"
 #include "memory.h"
 #include "neigh_list.h"
 #include "neighbor.h"
@@ -41,12 +42,7 @@ void PairDiscTail::coeff(int narg, char **arg)
   if (narg < 2 || strcmp(arg[0], "*") != 0 || strcmp(arg[1], "*") != 0)
     error->all(FLERR, "pair_coeff of disc/tail must start with '* *': one material for all grains");
   f0 = d0 = 0.0;
-  for (int k = 2; k < narg; k += 2) {
-    double *value = strcmp(arg[k], "f0") == 0 ? &f0 : strcmp(arg[k], "d0") == 0 ? &d0 : nullptr;
-    if (!value) error->all(FLERR, "pair_coeff of disc/tail: unknown keyword '{}'; known are: f0 d0", arg[k]);
-    if (k + 1 >= narg) error->all(FLERR, "pair_coeff of disc/tail: keyword '{}' needs a value", arg[k]);
-    *value = utils::numeric(FLERR, arg[k + 1], false, lmp);
-  }
+  Keywords(lmp, "pair_coeff of disc/tail", {number("f0", f0), number("d0", d0)}).parse(2, narg, arg);
   if (!(f0 >= 0.0)) error->all(FLERR, "pair_coeff of disc/tail: f0 = {} must not be negative", f0);
   if (!(d0 > 0.0)) error->all(FLERR, "pair_coeff of disc/tail: d0 = {} must be given and positive", d0);
   allocate();
@@ -80,7 +76,7 @@ double PairDiscTail::init_one(int, int)
   return 2.0 * largest + d0;
 }
 
-double PairDiscTail::pull(double gap) const { return gap < 0.0 ? f0 : gap < d0 ? f0 * (1.0 - gap / d0) : 0.0; }
+double PairDiscTail::attraction(double gap) const { return gap < 0.0 ? f0 : gap < d0 ? f0 * (1.0 - gap / d0) : 0.0; }
 
 double PairDiscTail::energy(double gap) const
 {
@@ -99,10 +95,10 @@ void PairDiscTail::compute(int eflag, int vflag)
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1];
-      const double touch = radius[i] + radius[j], reach = touch + d0, square = dx * dx + dy * dy;
-      if (square >= reach * reach) continue;
-      const double distance = std::sqrt(square), gap = distance - touch;
-      const double along = -pull(gap) / distance;
+      const double radsum = radius[i] + radius[j], cutoff = radsum + d0, square = dx * dx + dy * dy;
+      if (square >= cutoff * cutoff) continue;
+      const double distance = std::sqrt(square), gap = distance - radsum;
+      const double along = -attraction(gap) / distance;
       f[i][0] += along * dx;
       f[i][1] += along * dy;
       if (newton || j < nlocal) {
@@ -118,7 +114,7 @@ void PairDiscTail::compute(int eflag, int vflag)
 double PairDiscTail::single(int i, int j, int, int, double square, double, double, double &fforce)
 {
   const double distance = std::sqrt(square), gap = distance - atom->radius[i] - atom->radius[j];
-  fforce = -pull(gap) / distance;
+  fforce = -attraction(gap) / distance;
   return energy(gap);
 }
 

@@ -8,8 +8,11 @@
 namespace LAMMPS_NS
 {
 
-/* The attraction of G07 (eqs. 4, 5) alone, for use beside a contact style of LAMMPS in hybrid/overlay: -F0 in contact,
-   -F0 (1 - h/D0) for gaps 0 <= h <= D0.  No memory, no dissipation. */
+/* pair_style disc/tail
+   pair_coeff * * f0 F0 d0 D0
+
+   The attraction of G07 (eqs. 4, 5) alone, for use beside a contact style of LAMMPS in hybrid/overlay: -F0 in contact,
+   -F0 (1 - h/D0) for gaps 0 <= h <= D0.  No history, no dissipation. */
 class PairDiscTail : public Pair
 {
 public:
@@ -26,8 +29,8 @@ public:
 
 private:
   void allocate();
-  double pull(double gap) const;      // size of the attraction, 0 beyond its range
-  double energy(double gap) const;    // its potential, 0 at h = D0
+  double attraction(double gap) const;    // size of the attraction, 0 beyond its range
+  double energy(double gap) const;        // its potential, 0 at h = D0
 
   double f0 = 0.0, d0 = 0.0;
 };

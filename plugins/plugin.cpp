@@ -52,6 +52,7 @@ template <class Style> void *create_run(LAMMPS *lmp, int narg, char **arg)
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
+  require_version(lmp, DISC_LAMMPS_VERSION);
   stay_loaded();
   const auto enlist = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin{DISC_LAMMPS_VERSION,   "pair", "disc/cohesive", "cohesive discs, Gilabert et al. 2007",
@@ -73,11 +74,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
     const char *name, *info;
     void *(*create)(LAMMPS *, int, char **);
   } fixes[] = {
-      {"disc/history", "neighbours and contact memory of discs", &create_fix<FixDiscHistory>},
+      {"disc/history", "contact history of discs", &create_fix<FixDiscHistory>},
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
-      {"disc/feed", "grains poured from a height", &create_fix<FixDiscFeed>},
+      {"disc/feed", "insertion of grains that fall from a height", &create_fix<FixDiscFeed>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
-      {"disc/stiffen", "slow change of the contact stiffness", &create_fix<FixDiscStiffen>},
+      {"disc/stiffen", "ramp of the contact stiffness", &create_fix<FixDiscStiffen>},
   };
   for (const auto &fix : fixes) {
     plugin.name = fix.name;

@@ -28,24 +28,24 @@ RunDisc::RunDisc(LAMMPS *lmp, int narg, char **arg) : Verlet(lmp, narg, arg)
 
 void RunDisc::run(int n)
 {
-  const bool alone = find_parts();
+  const bool only_ours = find_styles();
   const bigint end = update->ntimestep + n;
   for (int i = 0; i < n; i++) {
     if (timer->check_timeout(i)) {
       update->nsteps = i;
       return;
     }
-    if (alone) {
+    if (only_ours) {
       const bigint before = update->ntimestep;
-      run_unwatched(next_watched(end) - 1);
+      run_unobserved(next_observed_step(end) - 1);
       i += static_cast<int>(update->ntimestep - before);
     }
     Verlet::run(1);
   }
 }
 
-/* Nothing but our own styles acts within a step; the feed does at intervals. */
-bool RunDisc::find_parts()
+/* Nothing but our own styles acts within a step; insertion does at intervals. */
+bool RunDisc::find_styles()
 {
   pair = dynamic_cast<PairDisc *>(force->pair);
   history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
@@ -60,9 +60,9 @@ bool RunDisc::find_parts()
     if (auto *const ours = dynamic_cast<FixDiscIntegrate *>(fix)) {
       if (integrate) return false;
       integrate = ours;
-    } else if (auto *const pours = dynamic_cast<FixDiscFeed *>(fix)) {
+    } else if (auto *const insertion = dynamic_cast<FixDiscFeed *>(fix)) {
       if (feed) return false;
-      feed = pours;
+      feed = insertion;
     } else if ((modify->fmask[k] & within) || fix->force_reneighbor) {
       return false;
     }
@@ -70,7 +70,7 @@ bool RunDisc::find_parts()
   return pair && history && integrate && !force->kspace && atom->molecular == Atom::ATOMIC && !domain->triclinic;
 }
 
-bigint RunDisc::next_watched(bigint last) const
+bigint RunDisc::next_observed_step(bigint last) const
 {
   bigint next = std::min(last, output->next);
   for (int k = 0; k < modify->nfix; k++)
@@ -82,41 +82,41 @@ bigint RunDisc::next_watched(bigint last) const
 }
 
 /* Up to and with step `last`; LAMMPS's arrays are true before and after. */
-void RunDisc::run_unwatched(bigint last)
+void RunDisc::run_unobserved(bigint last)
 {
   if (update->ntimestep >= last) return;
   timer->stamp();
-  history->load(0, atom->nlocal + atom->nghost);
-  history->load_actions();
-  bool under_way = false;
+  history->state.load(0, atom->nlocal + atom->nghost);
+  history->state.load_forces();
+  bool step_begun = false;
   while (update->ntimestep < last) {
     update->ntimestep++;
     neighbor->ago++;
-    integrate->advance(under_way, true);
-    under_way = true;
+    integrate->integrate(step_begun, true);
+    step_begun = true;
     timer->stamp(Timer::MODIFY);
-    if (history->rebuild_due()) {
+    if (history->pairs.neighbor_list_due()) {
       rebuild();
       timer->stamp(Timer::NEIGH);
     } else {
-      pair->ghosts.refresh(history->grains, history->choice_due());
+      pair->ghosts.forward_comm(history->state.grains, history->pairs.pair_list_due());
       timer->stamp(Timer::COMM);
     }
     pair->evaluate();
     timer->stamp(Timer::PAIR);
-    if (force->newton_pair) pair->ghosts.collect(history->actions);
+    if (force->newton_pair) pair->ghosts.reverse_comm(history->state.forces);
     timer->stamp(Timer::COMM);
   }
-  integrate->advance(true, false);
-  history->store();
-  history->store_actions();
+  integrate->integrate(true, false);
+  history->state.store();
+  history->state.store_forces();
   timer->stamp(Timer::MODIFY);
 }
 
 /* As Verlet::run() does when lists are due. */
 void RunDisc::rebuild()
 {
-  history->store();
+  history->state.store();
   modify->pre_exchange();
   domain->pbc();
   if (domain->box_change) {
@@ -129,5 +129,5 @@ void RunDisc::rebuild()
   comm->borders();
   neighbor->build(1);
   modify->post_neighbor();
-  history->load(0, atom->nlocal + atom->nghost);
+  history->state.load(0, atom->nlocal + atom->nghost);
 }

@@ -20,9 +20,9 @@ public:
   void run(int) override;
 
 private:
-  bool find_parts();
-  bigint next_watched(bigint last) const;
-  void run_unwatched(bigint last);
+  bool find_styles();
+  bigint next_observed_step(bigint last) const;
+  void run_unobserved(bigint last);
   void rebuild();
 
   class PairDisc *pair = nullptr;

@@ -2,16 +2,14 @@
    pair_style disc/capped
    pair_coeff * * kn K_N cap F
 
-   The law of capped.h as a LAMMPS style in a plugin of its own.  PairDisc brings neighbour lists, contact memory,
+   The law of capped.h as a LAMMPS style in a plugin of its own.  PairDisc brings neighbour lists, contact history,
    stress, energy, contact output and restart; it lives in discplugin.so, which LAMMPS loads at start. */
 
 #include "capped.h"
 #include "lammps_plugin.h"
 #include "pair_disc.h"
 
-#include "atom.h"
 #include "error.h"
-#include "force.h"
 
 using namespace LAMMPS_NS;
 
@@ -31,15 +29,16 @@ public:
       error->all(FLERR, "pair_coeff of disc/capped: kn = {} and cap = {} must be given and positive", law.kn, law.cap);
   }
 
-  double range() const override { return 0.0; }                // it acts on contacts only
-  double viscosity(int, int) const override { return 0.0; }    // without damping
+  double cutoff_gap() const override { return 0.0; }               // it acts on contacts only
+  double pair_constant(int, int) const override { return 0.0; }    // without damping
+  disc::HistoryColumns history_columns() const override { return disc::columns_of<CappedHistory>(); }
 
-  Interaction interaction(int c) const override    // of the close pair c, for output
+  Interaction interaction(int c) const override    // of the active pair c, for output
   {
     Interaction now = geometry(c);
     if (now.gap < 0.0) {
       now.state = CONTACT;
-      now.elastic = law.force(now.gap);
+      now.elastic = law.normal_elastic(now.gap);
     }
     return now;
   }
@@ -55,11 +54,7 @@ public:
   void read_restart(FILE *fp) override { read_law(fp, &law, sizeof(law)); }
 
 private:
-  disc::Sums sweep(bool stress) override
-  {
-    return disc::sweep<Capped, false>(Capped{law}, history->motion, history->grains.data(), atom->nlocal,
-                                      !force->newton_pair, stress, history->close, history->actions.data());
-  }
+  disc::PairSums compute_active_pairs(bool stress) override { return pair_loop<Capped, false>(Capped{law}, stress); }
 
   CappedLaw law;
 };
@@ -68,6 +63,7 @@ private:
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
+  require_version(lmp, "22 Jul 2025");
   stay_loaded();
   lammpsplugin_t plugin{"22 Jul 2025", "pair", "disc/capped", "a spring of limited force", "you", {}, handle};
   plugin.creator.v1 = &create_pair<PairDiscCapped>;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
    The continuous law of Baxter, Tuzun, Burnell, Heyes, PRE 55, 3546 (1997) ("B97"), sec. II, for pairs of discs.
 
-   Signs as in sweep.h. */
+   Signs as in pair_loop.h; sigma_ij = R_i + R_j is `radsum`, d of B97 is xi_t.  Words and symbols: docs/glossary.md. */
 
 #ifndef DISC_KERNELS_CONTINUOUS_H
 #define DISC_KERNELS_CONTINUOUS_H
 
-#include "sweep.h"
+#include "pair_loop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,28 +27,49 @@ struct ContinuousLaw {
 
   bool spring() const { return hooke > 0.0; }
   bool friction() const { return mu > 0.0; }
-  double reach() const { return spring() ? 1.0 : cutoff; }    // r0/sigma_ij
-  int whole_power() const { return index == std::floor(index) && index < 1.0e6 ? static_cast<int>(index) + 1 : 0; }
+  double cutoff_ratio() const { return spring() ? 1.0 : cutoff; }    // r0/sigma_ij
+  int integer_power() const { return index == std::floor(index) && index < 1.0e6 ? static_cast<int>(index) + 1 : 0; }
 
-  // elastic force at distance r of a pair with sigma_ij = touch
-  double elastic(double r, double touch) const
+  // elastic force at distance r of a pair with sigma_ij = radsum
+  double elastic(double r, double radsum) const
   {
-    return spring() ? hooke * (touch - r) : force * std::pow(touch / r, index + 1.0);
+    return spring() ? hooke * (radsum - r) : force * std::pow(radsum / r, index + 1.0);
   }
 
   // its potential, zero at r0
-  double potential(double r, double touch) const
+  double potential(double r, double radsum) const
   {
-    if (spring()) return 0.5 * hooke * (touch - r) * (touch - r);
-    return force * touch / index * (std::pow(touch / r, index) - std::pow(cutoff, -index));
+    if (spring()) return 0.5 * hooke * (radsum - r) * (radsum - r);
+    return force * radsum / index * (std::pow(radsum / r, index) - std::pow(cutoff, -index));
   }
 
-  // energy in the tangential displacement d: integral of eq. 5 at fixed r; x = |d|/dmax
-  double tangential_energy(double elastic, double depth, double d) const
+  // energy in the tangential displacement xi_t: integral of eq. 5 at fixed r; rest = 1 - |xi_t|/dmax
+  double tangential_energy(double elastic, double depth, double xi_t) const
   {
-    const double largest = alpha * mu * depth, rest = std::max(0.0, 1.0 - std::fabs(d) / largest);
+    const double largest = alpha * mu * depth, rest = std::max(0.0, 1.0 - std::fabs(xi_t) / largest);
     return mu * elastic * largest * (1.0 - rest - 0.4 * (1.0 - rest * rest * std::sqrt(rest)));
   }
+};
+
+/* The contact history of the law; the history of a pair begins at r0. */
+struct ContinuousHistory {
+  // clang-format off
+  enum {
+    XI_T,       // tangential displacement xi_t (d of B97)
+    FT,         // tangential force of the last evaluation, elastic and viscous
+    VN,         // dr/dt in the middle of the last step
+    VT,         // the velocity that tangential damping acts on, in the middle of the last step
+    FN_DAMP,    // viscous normal force of the last evaluation
+    COUNT
+  };
+  static constexpr HistoryColumn columns[COUNT] = {
+      {"xi_t", HistoryColumn::SPRING},
+      {"ft", HistoryColumn::FORCE},
+      {"vn", HistoryColumn::VN},
+      {"vt", HistoryColumn::VT},
+      {"fn_damp", HistoryColumn::FORCE},
+  };
+  // clang-format on
 };
 
 /* power[k] = base[k]^exponent by repeated squaring of the whole block */
@@ -65,45 +86,60 @@ DISC_INLINE void raise(double *__restrict power, double *__restrict base, unsign
   }
 }
 
-/* The law as sweep() wants it.  Of a pair, `eta` is sqrt(m), m = 2 m* the mass that its damping is made with; `stretch`
-   is d, `rotation` the whole T of the last evaluation.
+/* The law as pair_loop() wants it.  The constant of a pair is sqrt(m), m = 2 m* the mass that its damping is made with.
 
-   d advances by v_t dt and is held at dmax where it would exceed it; a pair beyond r0 has dmax = 0, which empties it.
+   xi_t grows by v_t dt and is held at dmax where it would exceed it; a pair beyond r0 has dmax = 0, which empties it.
    k_T diverges as r -> r0 (eq. 7): there C_T is limited to what stops the sliding of the two surfaces within a step, a
    third of m* over dt for discs, since a larger one would reverse it.
 
    SECOND: second order in the step, but for what that divergence leaves.  Dampers act on velocities extrapolated from
-   the middles of this step and the last one to its end; d grows by the velocity in the middle of the step, seen in the
-   middle of the turn of n; a pair that crosses r0 within a step feels what jumps there, and stretches d, for its share
-   of it.  Without SECOND the mean velocity of the step stands for that at its end, as in B97 (eqs. 9-12): first order.
+   the middles of this step and the last one to its end; xi_t grows by the velocity in the middle of the step, seen in
+   the middle of the rotation of n; a pair that crosses r0 within a step gets the contact-onset correction.  Without
+   SECOND the mean velocity of the step stands for that at its end, as in B97 (eqs. 9-12): first order.
 
-   The work that T takes from the grains is the mean of its last and its present value times the slip, as the kicks of
-   the scheme have it; what is not lost in the damper counts as lost_sliding, what is stored in d included. */
+   The work that F_t takes from the grains is the mean of its last and its present value times the slip, as the kicks of
+   the scheme have it; what is not dissipated in the damper counts as dissipated_sliding, what xi_t stores included. */
 template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
   static constexpr bool SECOND = SECOND_, DAMPING = true, FRICTION = FRICTION_, ROLLING = false;
+  using H = ContinuousHistory;
   ContinuousLaw law;
 
-  struct Slip {    // of a block: velocity in the middle of the step; at its end, as the damper sees it; its force
-    alignas(64) double middle[BLOCK], end[BLOCK], drag[BLOCK];
+  struct Sliding {    // of a block: v_t in the middle of the step; at its end, as the damper sees it; the damping force
+    alignas(64) double vt_mid[BLOCK], vt_end[BLOCK], ft_damp[BLOCK];
+  };
+  struct Tangential {    // force of a pair
+    double elastic, damping;
+    double sum() const { return elastic + damping; }
   };
 
-  // T_e and the drag on the velocity `end`, for d = old + increment, held at dmax
-  DISC_INLINE double rub(double depth, double elastic, double eta, double most, double increment, double end, double &d,
-                         double &drag) const
+  // ---- the terms, as forces of i on j ----
+
+  // viscous normal force -C_N vn, C_N = 2 z sqrt(m k)
+  static DISC_INLINE double normal_damping(double critical_ratio, double sqrt_m, double stiffness, double vn)
   {
-    const double room = depth > 1.0e-300 ? depth : 1.0e-300, shallow = 1.0 / room;
-    const double slope = law.alpha * law.mu, largest = depth > 0.0 ? slope * room : 0.0;
-    const double trial = d + increment, above = trial < -largest ? -largest : trial;
-    const double kept = above > largest ? largest : above;
-    const double loaded = 1.0 - std::fabs(kept) * shallow * (1.0 / slope),
-                 rest = loaded > 1.0e-12 ? loaded : 0.0;    // held
-    const double root = std::sqrt(rest);
-    const double critical = 2.0 * law.damping * eta * std::sqrt(1.5 / law.alpha * elastic * shallow * root);
-    const double limit = eta * eta * most;
-    drag = -(critical < limit ? critical : limit) * end;
-    d = kept;
-    return -std::copysign(law.mu * elastic * (1.0 - rest * root), kept);
+    return -critical_ratio * sqrt_m * std::sqrt(stiffness) * vn;
   }
+
+  // the largest C_T per m: a third of m* over dt
+  static DISC_INLINE double damping_limit(double dt) { return dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300; }
+
+  /* F_t = -sign(xi_t) mu F_ne [1 - (1 - |xi_t|/dmax)^(3/2)] - C_T vt (eqs. 4 to 8) of a pair with depth = r0 - r;
+     xi_t grows by dxi and is held at dmax = alpha mu depth. */
+  DISC_INLINE Tangential tangential(double depth, double fn_elastic, double sqrt_m, double largest_damping, double vt,
+                                    double dxi, double &xi_t) const
+  {
+    const double safe_depth = depth > 1.0e-300 ? depth : 1.0e-300, inverse_depth = 1.0 / safe_depth;
+    const double slope = law.alpha * law.mu, xi_max = depth > 0.0 ? slope * safe_depth : 0.0;
+    xi_t = clamp(xi_t + dxi, xi_max);
+    const double to_limit = 1.0 - std::fabs(xi_t) * inverse_depth * (1.0 / slope);
+    const double rest = to_limit > 1.0e-12 ? to_limit : 0.0, root = std::sqrt(rest);    // 1 - |xi_t|/dmax; 0: held
+    const double critical = 2.0 * law.damping * sqrt_m * std::sqrt(1.5 / law.alpha * fn_elastic * inverse_depth * root);
+    const double limit = sqrt_m * sqrt_m * largest_damping;
+    return {-std::copysign(law.mu * fn_elastic * (1.0 - rest * root), xi_t),
+            -(critical < limit ? critical : limit) * vt};
+  }
+
+  // ---- a block of pairs ----
 
   static DISC_INLINE void copy(double *__restrict to, const double *__restrict from)
   {
@@ -111,33 +147,32 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
       to[k] = from[k];
   }
 
-  static DISC_INLINE double most(double dt) { return dt > 0.0 ? 1.0 / (6.0 * dt) : 1.0e300; }
-
-  template <bool ACCOUNT> DISC_INLINE void respond(const Motion &motion, Block &__restrict b, int count) const
+  template <bool DISSIPATION>
+  DISC_INLINE void compute_forces(const StepKinematics &step, Block &__restrict b, int count) const
   {
-    const double reach = law.reach(), ratio = 2.0 * law.damping;
-    const double arm = 1.0 + law.printed_rotation, rolls = 1.0 - law.printed_damping;
+    const double cutoff = law.cutoff_ratio(), critical_ratio = 2.0 * law.damping;
+    const double arm = 1.0 + law.printed_rotation, damped_rotation = 1.0 - law.printed_damping;
     const double hooke = law.hooke, strength = law.force, exponent = law.index + 1.0;
-    const double dt = motion.dt, ahead = motion.ahead, limit = most(dt);
+    const double dt = step.dt, extrapolation = step.extrapolation, largest_damping = damping_limit(dt);
     // copies on the stack: with this many arrays the compiler gives up proving that they do not overlap
-    alignas(64) double eta[BLOCK], stretch[BLOCK], speed[BLOCK], force[BLOCK], sideways[BLOCK], viscous[BLOCK];
-    copy(eta, b.eta);
-    copy(speed, b.speed);
-    copy(viscous, b.viscous);
+    alignas(64) double sqrt_m[BLOCK], xi_t[BLOCK], vn[BLOCK], ft[BLOCK], vt[BLOCK], fn_damp[BLOCK];
+    copy(sqrt_m, b.pair_constant);
+    copy(vn, b.history[H::VN]);
+    copy(fn_damp, b.history[H::FN_DAMP]);
     if (FRICTION) {
-      copy(stretch, b.stretch);
-      copy(force, b.rotation);
-      copy(sideways, b.sideways);
+      copy(xi_t, b.history[H::XI_T]);
+      copy(ft, b.history[H::FT]);
+      copy(vt, b.history[H::VT]);
     }
     alignas(64) double inverses[BLOCK], power[BLOCK], base[BLOCK];
-    Slip slip;
+    Sliding sliding;
     for (int k = 0; k < count; k++) {
       inverses[k] = 1.0 / std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-      base[k] = b.touch[k] * inverses[k];
+      base[k] = b.radsum[k] * inverses[k];
     }
     if (!SPRING) {
-      if (const int whole = law.whole_power())
-        raise(power, base, whole, count);
+      if (const int integer = law.integer_power())
+        raise(power, base, integer, count);
       else
         for (int k = 0; k < count; k++)
           power[k] = std::pow(base[k], exponent);
@@ -145,106 +180,105 @@ template <bool SECOND_, bool SPRING, bool FRICTION_> struct Continuous {
     for (int k = 0; k < count; k++) {
       const double inverse = inverses[k], nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
       const double r = nx * b.bx[k] + ny * b.by[k];
-      const double depth = reach * b.touch[k] - r, within = depth > 0.0 ? 1.0 : 0.0;
-      const double elastic = within * (SPRING ? hooke * (b.touch[k] - r) : strength * power[k]);
-      const double stiffness = SPRING ? within * hooke : exponent * elastic * inverse;
+      const double depth = cutoff * b.radsum[k] - r, in_contact = depth > 0.0 ? 1.0 : 0.0;
+      const double fn_elastic = in_contact * (SPRING ? hooke * (b.radsum[k] - r) : strength * power[k]);
+      const double stiffness = SPRING ? in_contact * hooke : exponent * fn_elastic * inverse;
       const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
-      const double turn = 0.5 * dt * inverse * ut;           // of n in half a step
-      const double middle = SECOND ? un - turn * ut : un;    // dr/dt in the middle of the step
-      const double vn = SECOND ? middle + ahead * (middle - speed[k]) : un;
+      const double n_rotation = 0.5 * dt * inverse * ut;           // angle by which n turns in half a step
+      const double vn_mid = SECOND ? un - n_rotation * ut : un;    // dr/dt in the middle of the step
+      const double vn_end = SECOND ? vn_mid + extrapolation * (vn_mid - vn[k]) : un;
       if (SECOND) {
-        speed[k] = middle;
-        b.receding[k] = vn;
-        const double entered = depth + dt * middle > 0.0 ? 0.0 : within;
-        b.crossed[k] = depth > dt * vn ? entered : within;
+        vn[k] = vn_mid;
+        b.vn_end[k] = vn_end;
+        const double entered = depth + dt * vn_mid > 0.0 ? 0.0 : in_contact;
+        b.contact_changed[k] = depth > dt * vn_end ? entered : in_contact;
       }
-      const double damper = -ratio * eta[k] * std::sqrt(stiffness) * vn;
-      if (ACCOUNT) b.lost_viscous[k] = -0.5 * (viscous[k] + damper) * middle * dt;
-      viscous[k] = damper;
-      const double overlap = b.touch[k] - r, approach = -within * middle;
+      const double damping = normal_damping(critical_ratio, sqrt_m[k], stiffness, vn_end);
+      if (DISSIPATION) b.dissipated_viscous[k] = -0.5 * (fn_damp[k] + damping) * vn_mid * dt;
+      fn_damp[k] = damping;
+      const double overlap = b.radsum[k] - r, approach = -in_contact * vn_mid;
       b.overlap[k] = overlap > b.overlap[k] ? overlap : b.overlap[k];
       b.approach[k] = approach > b.approach[k] ? approach : b.approach[k];
-      const double normal = elastic + damper;
-      double tangential = 0.0;
+      const double normal = fn_elastic + damping;
+      double f_t = 0.0;
       if (FRICTION) {
-        const double per_touch = arm / b.touch[k];
-        const double centres = SECOND ? ut + turn * un : ut;
-        const double turning = (SECOND ? r - 0.5 * dt * middle : r) * per_touch * b.surface[k];
-        const double vt = centres - turning, damped = centres - rolls * turning;
-        const double end = SECOND ? damped + ahead * (damped - sideways[k]) : damped;
-        double d = stretch[k], drag;
-        tangential = rub(depth, elastic, eta[k], limit, vt * dt, end, d, drag);
-        tangential += drag;
-        stretch[k] = d;
+        const double arm_per_radsum = arm / b.radsum[k];
+        const double vt_centres = SECOND ? ut + n_rotation * un : ut;
+        const double vt_rot = (SECOND ? r - 0.5 * dt * vn_mid : r) * arm_per_radsum * b.vt_rot[k];
+        const double vt_mid = vt_centres - vt_rot, vt_damped = vt_centres - damped_rotation * vt_rot;
+        const double vt_end = SECOND ? vt_damped + extrapolation * (vt_damped - vt[k]) : vt_damped;
+        double xi = xi_t[k];
+        const Tangential force = tangential(depth, fn_elastic, sqrt_m[k], largest_damping, vt_end, vt_mid * dt, xi);
+        f_t = force.sum();
+        xi_t[k] = xi;
         if (SECOND) {
-          sideways[k] = damped;
-          slip.middle[k] = vt;
-          slip.end[k] = end;
-          slip.drag[k] = drag;
+          vt[k] = vt_damped;
+          sliding.vt_mid[k] = vt_mid;
+          sliding.vt_end[k] = vt_end;
+          sliding.ft_damp[k] = force.damping;
         }
-        if (ACCOUNT) {
-          const double dragged = -drag * (end + (vt - damped)) * dt;
-          b.lost_viscous[k] += dragged;
-          b.lost_sliding[k] = -0.5 * (force[k] + tangential) * vt * dt - dragged;
+        if (DISSIPATION) {
+          const double viscous = -force.damping * (vt_end + (vt_mid - vt_damped)) * dt;
+          b.dissipated_viscous[k] += viscous;
+          b.dissipated_sliding[k] = -0.5 * (ft[k] + f_t) * vt_mid * dt - viscous;
         }
-        force[k] = tangential;
-        b.tangential[k] = within * r * per_touch * tangential;
+        ft[k] = f_t;
+        b.tangential[k] = in_contact * r * arm_per_radsum * f_t;
       }
-      b.fx[k] = normal * nx - tangential * ny;
-      b.fy[k] = normal * ny + tangential * nx;
+      b.fx[k] = normal * nx - f_t * ny;
+      b.fy[k] = normal * ny + f_t * nx;
     }
-    copy(b.viscous, viscous);
-    if (SECOND) copy(b.speed, speed);
+    copy(b.history[H::FN_DAMP], fn_damp);
+    if (SECOND) copy(b.history[H::VN], vn);
     if (FRICTION) {
-      copy(b.stretch, stretch);
-      copy(b.rotation, force);
-      if (SECOND) copy(b.sideways, sideways);
+      copy(b.history[H::XI_T], xi_t);
+      copy(b.history[H::FT], ft);
+      if (SECOND) copy(b.history[H::VT], vt);
     }
-    if (SECOND) share_crossings<ACCOUNT>(dt, slip, b, count);
+    if (SECOND && any(b.contact_changed, count))
+      for (int k = 0; k < count; k++)
+        if (b.contact_changed[k] != 0.0) correct_contact_onset<DISSIPATION>(dt, sliding, b, k);
   }
 
-  /* As of the cohesive law: pairs that came within r0 in the step that ends here, or will leave in the next one.  The
-     scheme halves what jumps between two steps; due is the share of the step.  The drag begins like one over the root
-     of the time since r0: its mean over that time is twice its present value. */
-  template <bool ACCOUNT>
-  DISC_INLINE void share_crossings(double dt, const Slip &slip, Block &__restrict b, int count) const
+  /* Pair k came within r0 in the step that ends here (fraction q of the step in contact), or will leave it in the next
+     one (fraction q_next of that step).  The tangential damping begins like one over the root of the time since r0: its
+     mean over that time is twice its present value, so that 2 q - 1/2 of it is missing. */
+  template <bool DISSIPATION>
+  DISC_INLINE void correct_contact_onset(double dt, const Sliding &sliding, Block &__restrict b, int k) const
   {
-    alignas(64) double any[LANES] = {};
-    add(any, b.crossed, count);
-    if (total(any) == 0.0) return;
-    const double edge = SPRING ? 0.0 : law.elastic(law.reach(), 1.0);
-    for (int k = 0; k < count; k++) {
-      if (b.crossed[k] == 0.0) continue;
-      const double r = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]), nx = b.bx[k] / r, ny = b.by[k] / r;
-      const double depth = law.reach() * b.touch[k] - r, vn = b.receding[k], before = depth + dt * b.speed[k];
-      const bool entered = before <= 0.0;
-      const double within = entered ? depth / (depth - before) : 1.0;
-      const double leaving = depth <= dt * vn ? depth / (dt * vn) - 0.5 : 0.0;
-      const double part = leaving + (entered ? within - 0.5 : 0.0);
-      const double damper = part * b.viscous[k], normal = part * edge + damper;
-      double tangential = 0.0;    // what is added
-      b.viscous[k] += damper;
-      if (ACCOUNT) b.lost_viscous[k] -= 0.5 * damper * b.speed[k] * dt;
-      if (FRICTION) {
-        const double elastic = law.elastic(r, b.touch[k]), vt = slip.middle[k], end = slip.end[k];
-        double drag = slip.drag[k], spring = b.rotation[k] - drag;
-        if (entered) {
-          b.stretch[k] = 0.0;
-          spring = rub(depth, elastic, b.eta[k], most(dt), vt * within * dt, end, b.stretch[k], drag);
-        }
-        const double due = 1.0 + leaving + (entered ? 2.0 * within - 0.5 : 0.0);
-        tangential = (1.0 + part) * spring + due * drag - b.rotation[k];
-        if (ACCOUNT) {
-          const double dragged = -(due * drag - slip.drag[k]) * end * dt;
-          b.lost_viscous[k] += dragged;
-          b.lost_sliding[k] -= 0.5 * tangential * vt * dt + dragged;
-        }
-        b.rotation[k] += tangential;
-        b.tangential[k] += (1.0 + law.printed_rotation) * r / b.touch[k] * tangential;
+    const double r = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]), nx = b.bx[k] / r, ny = b.by[k] / r;
+    const double vn_mid = b.history[H::VN][k], vn_end = b.vn_end[k];
+    const double depth = law.cutoff_ratio() * b.radsum[k] - r, depth_before = depth + dt * vn_mid;
+    const bool entered = depth_before <= 0.0;
+    const double q = entered ? depth / (depth - depth_before) : 1.0;
+    const double missing_next = depth <= dt * vn_end ? missing_share(depth / (dt * vn_end)) : 0.0;
+    const double missing = missing_next + (entered ? missing_share(q) : 0.0);
+    const double fn_onset = SPRING ? 0.0 : law.elastic(law.cutoff_ratio(), 1.0);    // elastic force at r0
+    double &fn_damp = b.history[H::FN_DAMP][k];
+    const double added_damping = missing * fn_damp, added_normal = missing * fn_onset + added_damping;
+    double added_tangential = 0.0;
+    fn_damp += added_damping;
+    if (DISSIPATION) b.dissipated_viscous[k] -= 0.5 * added_damping * vn_mid * dt;
+    if (FRICTION) {
+      const double fn_elastic = law.elastic(r, b.radsum[k]), vt_mid = sliding.vt_mid[k], vt_end = sliding.vt_end[k];
+      double &ft = b.history[H::FT][k], &xi_t = b.history[H::XI_T][k];
+      Tangential force = {ft - sliding.ft_damp[k], sliding.ft_damp[k]};
+      if (entered) {
+        xi_t = 0.0;
+        force = tangential(depth, fn_elastic, b.pair_constant[k], damping_limit(dt), vt_end, vt_mid * q * dt, xi_t);
       }
-      b.fx[k] += normal * nx - tangential * ny;
-      b.fy[k] += normal * ny + tangential * nx;
+      const double damping_share = 1.0 + missing_next + (entered ? 2.0 * q - 0.5 : 0.0);
+      added_tangential = (1.0 + missing) * force.elastic + damping_share * force.damping - ft;
+      if (DISSIPATION) {
+        const double viscous = -(damping_share * force.damping - sliding.ft_damp[k]) * vt_end * dt;
+        b.dissipated_viscous[k] += viscous;
+        b.dissipated_sliding[k] -= 0.5 * added_tangential * vt_mid * dt + viscous;
+      }
+      ft += added_tangential;
+      b.tangential[k] += (1.0 + law.printed_rotation) * r / b.radsum[k] * added_tangential;
     }
+    b.fx[k] += added_normal * nx - added_tangential * ny;
+    b.fy[k] += added_normal * ny + added_tangential * nx;
   }
 };
 

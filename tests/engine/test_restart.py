@@ -131,3 +131,13 @@ def test_figures_are_measured_after_a_restart(discs: Callable[..., Any], scene: 
     # net force and stress hold the viscous force, here of velocities at the full step
     np.testing.assert_allclose(again.vector("eq", 14)[[5, 7, 8, 10, 11]], before[[5, 7, 8, 10, 11]], rtol=1e-9)
     again.engine.close()
+
+
+def test_contact_history_of_another_law_is_refused(discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path) -> None:
+    """Columns of one law are not those of another: never read as such."""
+    sample = discs(**scene).run(100).command(f"write_restart {tmp_path / 'c'}")
+    text = reader(tmp_path / "c").replace(
+        "neigh_modify", "pair_style disc/continuous\npair_coeff * * index 36 mu 0.5\nneigh_modify"
+    )
+    with pytest.raises(Exception, match="contact history of another version of the plugin or of another law"):
+        type(sample)(text.replace("disc/cohesive", "disc/continuous") + "run 0", tmp_path)

@@ -239,6 +239,18 @@ def test_drag_slows_free_discs_and_is_accounted(discs: Callable[..., Any], sprea
     assert sample.vector("move", 7)[6] == pytest.approx(energy * (1.0 - kept**2), rel=1e-11)
 
 
+def test_drag_beside_fixed_discs_is_accounted(
+    discs: Callable[..., Any], spread: dict[str, Any], rewrite: Callable[[str, str], None]
+) -> None:
+    """A disc that does not move takes no part: its energy is 0, not 0/0."""
+    drag, steps = 0.7, 500
+    rewrite("fix move", "group held id 1\nfix move")
+    sample = discs(**spread, velocity=0.1, move=f"drag {drag} fixed held").run(steps)
+    energy = 0.5 * sample.frame().mass[1:].sum() * 2.0 * 0.1**2
+    # rounding of 500 sums
+    assert sample.vector("move", 7)[6] == pytest.approx(energy * (1.0 - math.exp(-2.0 * drag * steps * STEP)), rel=1e-11)
+
+
 def test_drag_switched_off_and_on_acts_when_it_is_on(discs: Callable[..., Any], spread: dict[str, Any]) -> None:
     sample = discs(**spread, velocity=0.1).run(100)
     assert np.array_equal(sample.frame().velocity, np.full((12, 2), 0.1))

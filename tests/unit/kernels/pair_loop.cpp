@@ -1,6 +1,6 @@
-/* Random close pairs through every kernel of the cohesive law; prints the bytes of what comes out. */
+/* Random pairs through every kernel of the cohesive law; prints the bytes of what comes out. */
 
-#include "kernels/advance.h"
+#include "kernels/time_integration.h"
 #include "kernels/cohesive.h"
 
 #include <cstdio>
@@ -30,9 +30,10 @@ template <bool SECOND, bool COHESION, bool ROLLING> void run()
   law.mur = 0.01;
   const int count = 201;    // no whole number of blocks or lanes
   std::vector<Grain> grains;
-  std::vector<Action> actions(2 * count);
+  std::vector<GrainForce> forces(2 * count);
   std::vector<Inertia> inertia;
-  Contacts close;
+  ActivePairs active;
+  active.clear(CohesiveHistory::COUNT);
   for (int k = 0; k < count; k++) {
     const double angle = 3.0 * unit(random), distance = 1.0 + 0.02 * unit(random);    // about half overlap
     for (int side = 0; side < 2; side++) {
@@ -41,31 +42,31 @@ template <bool SECOND, bool COHESION, bool ROLLING> void run()
                         unit(random), w, r * w, r, 1.0});
       inertia.push_back({1.0, 8.0});
     }
-    close.add(2 * k, 2 * k + 1, k, 40.0, {1e-4 * unit(random), 1e-4 * unit(random), unit(random)});
+    active.add(2 * k, 2 * k + 1, k, 40.0, {1e-4 * unit(random), 1e-4 * unit(random), unit(random)});
   }
-  close.pad();
-  Motion motion;
-  motion.dt = 1e-3;
-  motion.ahead = 0.5;
-  motion.affine[0] = 0.1;
-  const Cohesive<SECOND, true, COHESION, true, ROLLING> response{law};
+  active.pad();
+  StepKinematics kinematics;
+  kinematics.dt = 1e-3;
+  kinematics.extrapolation = 0.5;
+  kinematics.affine_rate[0] = 0.1;
+  const Cohesive<SECOND, true, COHESION, true, ROLLING> kernel{law};
   std::vector<double> sums;
   for (int step = 0; step < 20; step++) {
-    const Sums s = sweep<decltype(response), true>(response, motion, grains.data(), 2 * count, false, true, close,
-                                                   actions.data());
+    const PairSums s = pair_loop<decltype(kernel), true>(kernel, kinematics, grains.data(), 2 * count, true, true,
+                                                         active, forces.data());
     sums.insert(sums.end(), {s.xx, s.yy, s.xy, s.viscous, s.sliding, s.rolling});
-    Kick kick;
-    kick.dt = 0.5 * motion.dt;
-    Shift shift;
-    shift.drift[0] = shift.drift[1] = motion.dt;
-    const Passed p = advance<true, true, false, true, false>(kick, shift, inertia.data(), actions.data(), grains.data(),
-                                                             2 * count);
-    sums.insert(sums.end(), {p.xx, p.yy, p.largest, p.sum});
+    HalfKick kick;
+    kick.dt = 0.5 * kinematics.dt;
+    Drift drift;
+    drift.dt[0] = drift.dt[1] = kinematics.dt;
+    const StepSums p =
+        integrate<true, true, false, true, false>(kick, drift, inertia.data(), forces.data(), grains.data(), 2 * count);
+    sums.insert(sums.end(), {p.mvx2, p.mvy2, p.max_displacement_sq, p.displacement_sq_sum});
   }
   print(sums);
   print(grains);
-  print(close.stretch);
-  print(close.rotation);
+  print(active.history[CohesiveHistory::XI_T]);
+  print(active.history[CohesiveHistory::XI_R]);
 }
 
 int main()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from wf_process import Wf, record
 
-from workflow.archive.dumps import TURNING
+from workflow.archive.dumps import CONTACT_COLUMNS, TURNING
 from workflow.engine.rundir import RunDirectory
 from workflow.engine.verify import BOUNDS, _compare, summary
 
@@ -128,7 +128,8 @@ def shuffle_contacts(copy: Path) -> None:
             words = row.split()
             words[0], words[1] = words[1], words[0]
             for column in TURNING:
-                words[column] = repr(-float(words[column]))
+                at = CONTACT_COLUMNS.index(column)
+                words[at] = repr(-float(words[at]))
             rows[2 * k] = " ".join(words) + " \n"
         out.append("".join(["ITEM: TIME\n", *lines[:10], *reversed(rows)]))
     (copy / "contacts.dump").write_text("".join(out))

@@ -96,7 +96,7 @@ def _prepare(directory: RunDirectory, again: RunDirectory, last: bool) -> int:
         if checkpoint is None:
             raise InputError(f"'{directory.path}' has no whole checkpoint to start from; verify without --last")
         start = checkpoint.step
-        stages = [path.name for path in directory.path.glob("stage.?.in")]
+        stages = [path.name for path in directory.path.glob("stage.*.in")]
         own = [checkpoint.path.name, checkpoint.path.name + ".json", *stages, "account.in", "log.lammps"]
         names += [name for name in (*own, *RESULTS) if (directory / name).is_file()]
     for name in names:

@@ -4,7 +4,8 @@
 
 Names are searched, not prose: of Python the name tokens, of C++ and of decks the words outside comments and strings.  A
 cell of the first column holds one or more `words`; (folders) behind them, as in "`sweep` (plugins)", confine the row to
-those, another remark says of which thing they are no name any more and cannot be checked.  A line that reads files of older versions keeps their names and says so by the mark "retired:" in a comment.
+those, another remark says of which thing they are no name any more and cannot be checked.  A line that reads files of
+older versions keeps their names and says so by the mark "retired:" in a comment.
 """
 
 from __future__ import annotations

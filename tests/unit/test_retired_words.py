@@ -81,8 +81,8 @@ def test_name_of_a_file_is_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["# Glossary\n", "## Retired words\n\nnone\n", "## Retired words\n| `x` (nowhere) | y |\n"],
-    ids=["no heading", "no rows", "unknown folder"],
+    "page", ["# Glossary\n", "## Retired words\n\nnone\n", "## Retired words\n| `x` (of a pair) | y |\n"],
+    ids=["no heading", "no rows", "remarks alone"],
 )  # fmt: skip
 def test_check_that_could_find_nothing_is_refused(page: str) -> None:
     with pytest.raises(SystemExit, match=r"glossary\.md"):

@@ -65,7 +65,7 @@ ways = st.builds(
 )
 
 
-@examples(60)
+@examples(30)
 @given(way=ways, seed=st.integers(0, 2**32))
 def test_whatever_the_order_the_forms_and_the_box_the_numbers_are_the_direct_ones(way: Way, seed: int) -> None:
     p = packing(seed)
@@ -84,7 +84,7 @@ GRAINS = ("id", "radius", "mass", "x", "y", "vx", "vy", "omegaz", "fx", "fy")
 PAIRS = ("id_i", "id_j", "fx", "fy", "tx", "ty", "normal", "tangential", "elastic", "viscous", "attraction", "bx", "by", "gap")
 
 
-@examples(60)
+@examples(30)
 @given(
     way=ways, seed=st.integers(0, 2**32), grains=st.lists(st.sampled_from(GRAINS), max_size=4).map(tuple),
     pairs=st.lists(st.sampled_from(PAIRS), max_size=4).map(tuple), mu=st.booleans(),
@@ -110,7 +110,7 @@ def test_what_a_missing_column_would_have_told_is_undefined_and_nothing_else_cha
         assert found["solid_fraction"] is None and "diameters" in found["notes"][-1]
 
 
-@examples(25)
+@examples(15)
 @given(way=ways, seed=st.integers(0, 2**32), names=st.data())
 def test_columns_are_what_the_user_says_they_are(way: Way, seed: int, names: st.DataObject) -> None:
     """Whatever else is in the file under our own names."""
@@ -137,7 +137,7 @@ def test_columns_are_what_the_user_says_they_are(way: Way, seed: int, names: st.
     assert misspelt[0] == 2 and "'c_1[44]'" in misspelt[2] and "c_1[1]" in misspelt[2]
 
 
-@examples(25)
+@examples(15)
 @given(way=ways, seed=st.integers(0, 2**32), split=st.booleans(), first=st.integers(1, 4))
 def test_a_later_writing_of_a_step_counts_wherever_it_stands(way: Way, seed: int, split: bool, first: int) -> None:
     """Appended files, and one file per step."""
@@ -217,7 +217,7 @@ KINDS = [
 ]
 
 
-@examples(40)
+@examples(20)
 @given(way=ways, seed=st.integers(0, 2**32), kind=st.sampled_from(KINDS))
 def test_what_cannot_be_discs_with_their_contacts_is_refused_in_a_sentence(way: Way, seed: int, kind: str) -> None:
     p = packing(seed)
@@ -230,7 +230,7 @@ def test_what_cannot_be_discs_with_their_contacts_is_refused_in_a_sentence(way: 
     assert err.startswith("wf: ") and len(err.splitlines()) == 1 and "damaged" not in err
 
 
-@examples(40)
+@examples(20)
 @given(way=ways, seed=st.integers(0, 2**32), which=st.booleans(), cut=st.floats(0, 1))
 def test_a_file_that_ends_anywhere_gives_what_is_whole_or_a_sentence(way: Way, seed: int, which: bool, cut: float) -> None:
     """Two steps; a cut takes the second one, and that is said."""

@@ -248,29 +248,29 @@ def test_no_study_and_a_damaged_one_are_named(tmp_path: Path) -> None:
         Study.open(tmp_path)
 
 
-def test_ten_thousand_points_in_a_second_or_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Counts are exact; the time is asserted far above what it takes (0.3 s of one core)."""
+def test_three_thousand_points_in_a_blink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Counts are exact; the time is asserted far above what it takes (0.1 s of one core)."""
     import time
 
     from workflow.cli.main import main
 
-    points = [Point({"scene": "method1", "seed": k}, f"{k:064x}"[::-1], 1400) for k in range(10_000)]
+    points = [Point({"scene": "method1", "seed": k}, f"{k:064x}"[::-1], 1400) for k in range(3000)]
     made = Study(tmp_path, points)
     made.save()
     record = {"scene": "method1", "versions": {}, "seconds": 36.0}
-    for k, point in enumerate(points[:5000]):
+    for k, point in enumerate(points[:1500]):
         path = made.directory(point).path
         path.mkdir()
-        status = "finished" if k < 4900 else "failed"
+        status = "finished" if k < 1400 else "failed"
         (path / "run.json").write_text(json.dumps({"status": status, "digest": point.digest, "reason": "why", **record}))
     begun = time.process_time()
     assert main(["status", str(tmp_path), "--json"]) == 0
-    assert time.process_time() - begun < 10.0
+    assert time.process_time() - begun < 3.0
     (row,) = json.loads(capsys.readouterr().out)
-    assert row["counts"] == {"waiting": 5000, "running": 0, "interrupted": 0, "done": 4900, "failed": 100}
-    assert row["core_hours_spent"] == pytest.approx(50.0)
-    assert row["core_hours_left"] == pytest.approx(50.0)
+    assert row["counts"] == {"waiting": 1500, "running": 0, "interrupted": 0, "done": 1400, "failed": 100}
+    assert row["core_hours_spent"] == pytest.approx(15.0)
+    assert row["core_hours_left"] == pytest.approx(15.0)
     assert main(["status", str(tmp_path)]) == 0
     text = capsys.readouterr().out
-    assert "10000 points: 5000 waiting, 4900 done, 100 failed" in text
+    assert "3000 points: 1500 waiting, 1400 done, 100 failed" in text
     assert "and 80 more failed" in text

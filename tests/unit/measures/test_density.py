@@ -281,7 +281,7 @@ def test_slope_of_ballistic_aggregates():
     """Published: d_F = 1.55 +- 0.02 for ballistic cluster aggregates in 2D (Meakin; G07 refs. 39, 89)."""
     window = (0.12, 1.2)  # between the size of the aggregates (gyration radius about 40) and that of a disc
     edges = np.geomspace(*window, 25)
-    points = [aggregate(1024, seed) for seed in range(20)]
+    points = [aggregate(1024, seed) for seed in range(14)]
     found = fractal_slope(average([scattering(discs(one, (400.0, 400.0), 0.02), edges) for one in points]), window)
-    # 80 aggregates: 1.566 +- 0.011, so 0.022 for 20; three of that, and the slope depends as much on the window
+    # 80 aggregates: 1.566 +- 0.011, so 0.026 for 14; three of that, and the slope depends as much on the window
     assert found.dimension == pytest.approx(1.55, abs=0.08)

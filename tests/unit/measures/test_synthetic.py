@@ -38,12 +38,12 @@ def test_who_meets_in_free_flight():
 def test_size_grows_with_mass_as_published():
     """N ~ R_g^d_F between 64 and 1024 discs; published d_F = 1.55 +- 0.02 (G07 refs. 39, 89).
 
-    R_g scatters by 15 %, so 3 % per point of 20 and 0.03 on the slope: 0.1 is three of those.  With 200 aggregates of each
+    R_g scatters by 15 %, so 4 % per point of 14 and 0.04 on the slope: 0.12 is three of those.  With 200 aggregates of each
     size: validation/fractals.
     """
     mass = 2 ** np.arange(6, 11)
-    radii = [np.mean([0.5 * np.log((aggregate(int(n), seed) ** 2).sum(axis=1).mean()) for seed in range(20)]) for n in mass]
-    assert 1 / np.polyfit(np.log(mass), radii, 1)[0] == pytest.approx(1.55, abs=0.1)
+    radii = [np.mean([0.5 * np.log((aggregate(int(n), seed) ** 2).sum(axis=1).mean()) for seed in range(14)]) for n in mass]
+    assert 1 / np.polyfit(np.log(mass), radii, 1)[0] == pytest.approx(1.55, abs=0.12)
 
 
 def test_only_powers_of_two_where_equal_ones_meet():

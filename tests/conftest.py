@@ -57,7 +57,7 @@ thermo 0
 class Scene:
     """Discs of mass d^2 in a periodic cell with its lower corner at the origin.
 
-    ``position``, ``velocity`` (N, 2); ``diameter``, ``spin`` (N,); ``cell`` (2,) lengths.  ``law``: keywords of pair_coeff;
+    ``position``, ``velocity`` (N, 2); ``diameter``, ``omega`` (N,); ``cell`` (2,) lengths.  ``law``: keywords of pair_coeff;
     ``move``: arguments of fix disc/integrate.
     """
 
@@ -66,7 +66,7 @@ class Scene:
     law: Mapping[str, float]
     cell: Any = (10.0, 10.0)
     velocity: Any = 0.0
-    spin: Any = 0.0
+    omega: Any = 0.0
     step: float = 1e-4
     skin: float = 0.1
     newton: str = "on"
@@ -84,11 +84,11 @@ class Scene:
         count = len(self.diameter)
         ids = np.arange(1, count + 1) if self.ids is None else self.ids
         velocity = np.broadcast_to(self.velocity, (count, 2))
-        spin = np.broadcast_to(self.spin, (count,))
+        omega = np.broadcast_to(self.omega, (count,))
         atoms = [
             f"{n} 1 {d:.17g} 1 {x:.17g} {y:.17g} 0" for n, d, (x, y) in zip(ids, self.diameter, self.position, strict=True)
         ]
-        moves = [f"{n} {u:.17g} {v:.17g} 0 0 0 {w:.17g}" for n, (u, v), w in zip(ids, velocity, spin, strict=True)]
+        moves = [f"{n} {u:.17g} {v:.17g} 0 0 0 {w:.17g}" for n, (u, v), w in zip(ids, velocity, omega, strict=True)]
         box = [f"0 {self.cell[0]:.17g} xlo xhi", f"0 {self.cell[1]:.17g} ylo yhi", "-0.5 0.5 zlo zhi"]
         head = ["discs", "", f"{count} atoms", "1 atom types", *box]
         return "\n".join([*head, "", "Atoms # sphere", "", *atoms, "", "Velocities", "", *moves, ""])
@@ -223,6 +223,6 @@ def gas() -> Callable[..., dict[str, Any]]:
         velocity = speed * rng.normal(size=(number, 2))
         velocity -= diameter**2 @ velocity / np.sum(diameter**2)
         return {"position": position, "diameter": diameter, "cell": (length, length), "velocity": velocity,
-                "spin": 3.0 * speed * rng.normal(size=number)}  # fmt: skip
+                "omega": 3.0 * speed * rng.normal(size=number)}  # fmt: skip
 
     return draw

@@ -38,10 +38,10 @@ def reference(speed: float, transverse: float, mu: float, f0: float) -> np.ndarr
     law = CohesiveLaw(kn=1e5, kt=1e5, zeta=0.8, mu=mu, f0=f0, d0=1e-3 if f0 else 0.0)
     discs = Discs(
         position=np.array([[0.0, 0.0], [1.0 + GAP, 0.0]]), velocity=np.array([[0.0, 0.0], [-speed, transverse]]),
-        spin=np.zeros(2), diameter=np.ones(2),
+        omega=np.zeros(2), diameter=np.ones(2),
     )  # fmt: skip
     end = integrate(law, discs, TIME).discs(-1)
-    return np.array([*end.velocity[1], end.spin[1]])
+    return np.array([*end.velocity[1], end.omega[1]])
 
 
 for name, case in CASES.items():

@@ -14,7 +14,7 @@ subprocess.run(
 
 with Archive("packing/run.h5") as archive:
     frame = archive.frame(-1)
-    contacts = frame.contacts
+    contacts = frame.interactions
     print(f"{len(archive)} frames, the last at t = {frame.time:.2f} with {len(contacts)} interactions")
     force = contacts.normal_force / contacts.normal_force.mean()
     print("share of contacts above twice the mean force:", round(float((force > 2).mean()), 3))

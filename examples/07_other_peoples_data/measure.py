@@ -11,7 +11,7 @@ import numpy as np
 from workflow.archive.foreign import foreign_frames, universe_frame
 from workflow.data.balance import solid_fraction
 from workflow.data.build import make_frame
-from workflow.measures.contacts import coordination
+from workflow.measures.packing import coordination
 from workflow.measures.percolation import percolation
 
 grains = os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "400")
@@ -26,12 +26,12 @@ subprocess.run(["wf", "plot", *dumps, "--figure", "forces,cloud", "--format", "p
 
 # the same in Python
 frame = next(foreign_frames("grains.dump", "contacts.dump"))
-print(f"{frame.grains} grains, {len(frame.contacts)} contacts, z = {coordination(frame, threshold=1e-6).z:.3f}")
+print(f"{frame.grains} grains, {len(frame.interactions)} contacts, z = {coordination(frame, threshold=1e-6).z:.3f}")
 print("forces percolate up to", percolation(frame).any)
 
 # plain arrays of any origin: positions, diameters and the cell are enough; contacts are then the discs that overlap
 arrays = make_frame(frame.position, frame.diameter, frame.cell)
-print(f"from arrays: {len(arrays.contacts)} overlaps, solid fraction {solid_fraction(arrays):.4f}")
+print(f"from arrays: {len(arrays.interactions)} overlaps, solid fraction {solid_fraction(arrays):.4f}")
 
 # a MDAnalysis Universe: float32, which the warning is about
 universe = MDAnalysis.Universe.empty(frame.grains, trajectory=True)
@@ -41,4 +41,4 @@ universe.dimensions = [*frame.cell, 1.0, 90.0, 90.0, 90.0]
 with warnings.catch_warnings(record=True) as said:
     warnings.simplefilter("always")
     seen = universe_frame(universe)
-print(f"from a Universe: {len(seen.contacts)} overlaps; {said[-1].message}")
+print(f"from a Universe: {len(seen.interactions)} overlaps; {said[-1].message}")

@@ -75,23 +75,23 @@ log = run("two_discs.in", speed=SPEED, gap=0.0, step=STEP, steps=round(1.2 * dur
 frames = [(block.time, block.named) for block in read_blocks(DECKS / "grains.dump", "ATOMS")]
 time = np.array([time for time, _ in frames])
 gap = np.array([np.diff(grains["x"])[0] - 1.0 for _, grains in frames])
-receding = np.array([np.diff(grains["vx"])[0] for _, grains in frames])
+vn = np.array([np.diff(grains["vx"])[0] for _, grains in frames])
 table = np.loadtxt(log.rpartition("v_dissipated")[2].split("Loop")[0].splitlines()[1:])  # of thermo: step time ke c_energy
 kinetic, potential = table[:, 2], table[:, 3]
 
-touching = np.flatnonzero(gap < 0.0)
-enters, leaves = touching[0], touching[-1]
-ends = time[leaves] + gap[leaves] / -receding[leaves]
+in_contact = np.flatnonzero(gap < 0.0)
+enters, leaves = in_contact[0], in_contact[-1]
+ends = time[leaves] + gap[leaves] / -vn[leaves]
 discs = Discs(
     position=np.array([[0.0, 0.0], [1.0, 0.0]]), velocity=np.array([[0.0, 0.0], [-SPEED, 0.0]]),
-    spin=np.zeros(2), diameter=np.ones(2),
+    omega=np.zeros(2), diameter=np.ones(2),
 )  # fmt: skip
 exact = integrate(CappedLaw(kn=KN, cap=CAP), discs, float(time[-1]), t_eval=time)
 apart = exact.position[:, 1, 0] - exact.position[:, 0, 0] - 1.0
 errors = {
     "deepest overlap": abs(-gap.min() / deepest - 1.0),
     "duration of the contact": abs(ends / duration - 1.0),
-    "speed of the rebound": abs(receding[-1] / SPEED - 1.0),
+    "speed of the rebound": abs(vn[-1] / SPEED - 1.0),
     "energy": np.ptp(potential + kinetic) / kinetic[0],
     "gap against the reference": np.abs(gap - apart).max() / deepest,
 }
@@ -104,7 +104,7 @@ assert max(errors.values()) < 10.0 * (frequency * STEP) ** 2, "the law is not wh
 run("method1.in", dashpots=0, rolling_dashpots=0, step=3e-4, max_steps=20_000)
 *_, packing = read_frames(DECKS / "grains.dump", DECKS / "contacts.dump")
 series = read_series(DECKS / "series.txt")
-largest, residual = packing.contacts.elastic.max(), np.abs(series["residual"]).max() / series["work"].max()
-print(f"compressed gas: {len(packing.contacts)} contacts, largest force {largest:.4g}, energy balance to {residual:.1e}")
+largest, residual = packing.interactions.elastic.max(), np.abs(series["residual"]).max() / series["work"].max()
+print(f"compressed gas: {len(packing.interactions)} contacts, largest force {largest:.4g}, energy balance to {residual:.1e}")
 # the work of the stress becomes motion, as nothing damps it; (omega dt)^2 = 2e-3
-assert len(packing.contacts) > 10 and 0.5 * CAP < largest <= CAP and residual < 2e-3, "the law is not used by the deck"
+assert len(packing.interactions) > 10 and 0.5 * CAP < largest <= CAP and residual < 2e-3, "the law is not used by the deck"

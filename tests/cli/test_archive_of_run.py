@@ -19,7 +19,7 @@ def archive_file(request: pytest.FixtureRequest) -> Path:
 def net(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
     """Net force and moment of each grain from the contact table alone, one contact after the other."""
     force, moment = np.zeros((frame.grains, 2)), np.zeros(frame.grains)
-    table = frame.contacts
+    table = frame.interactions
     radius = frame.diameter / 2
     for k in range(len(table)):
         i, j, branch = table.i[k], table.j[k], table.branch[k]
@@ -60,7 +60,7 @@ def test_grains_are_in_equilibrium_at_the_end(archive_file: Path) -> None:
     with Archive(archive_file) as archive:
         frame = archive.frame(-1)
     force, moment = net(frame)
-    assert len(frame.contacts) > frame.grains
+    assert len(frame.interactions) > frame.grains
     assert np.hypot(force[:, 0], force[:, 1]).max() < 1e-4  # G07 sec. II D, with F1 = 1
     assert np.abs(moment).max() < 1e-4
 
@@ -74,21 +74,21 @@ def test_contact_table_is_complete_and_lawful(archive_file: Path) -> None:
     apart -= frame.cell * np.round(apart / frame.cell)
     gap = np.hypot(apart[..., 0], apart[..., 1]) - (frame.diameter[:, None] + frame.diameter[None, :]) / 2
     i, j = np.nonzero(np.triu(gap < reach, 1))
-    table = frame.contacts
+    table = frame.interactions
     assert {frozenset(pair) for pair in zip(table.i, table.j, strict=True)} == {
         frozenset(pair) for pair in zip(i, j, strict=True)
     }
     np.testing.assert_allclose(table.gap, gap[table.i, table.j], atol=1e-12)  # differences of coordinates of order ten
     cap = scene["mu"] * table.elastic
     assert np.all(np.abs(table.tangential) <= cap * (1 + 1e-12))
-    assert np.all(table.elastic[~table.touching] == 0)
-    assert np.all(table.tangential[~table.touching] == 0)
+    assert np.all(table.elastic[~table.in_contact] == 0)
+    assert np.all(table.tangential[~table.in_contact] == 0)
 
 
 def test_cohesive_run_has_distant_pairs_and_tension(cohesive: Path) -> None:
     """Otherwise the tests above would say nothing about the tail."""
     with Archive(cohesive / "run.h5") as archive:
-        table = archive.frame(-1).contacts
-    assert np.any(~table.touching)
+        table = archive.frame(-1).interactions
+    assert np.any(~table.in_contact)
     assert np.any(table.normal_force < 0)
     assert np.any(table.moment != 0)

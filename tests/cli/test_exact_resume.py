@@ -16,7 +16,7 @@ import pytest
 from wf_process import ALL_STAGES, POURED, SLOW, Running, Wf, call, kill, record
 
 from workflow.archive.read import Archive
-from workflow.runs.checkpoint import Seals, confirmed, newest, step_of
+from workflow.runs.checkpoint import CheckpointChecksums, confirmed, newest, step_of
 from workflow.runs.directory import RunDirectory
 
 SEEDS = range(int(os.environ.get("WORKFLOW_KILLS", "1")))  # many more: pytest -m robustness tests/robustness/test_kills.py
@@ -101,7 +101,7 @@ def test_damaged_checkpoint_is_not_used(whole: tuple[Path, float], tmp_path: Pat
     run.wait_for_rows(10)
     time.sleep(0.2 * seconds)
     stop(run)
-    Seals(run.directory).look()  # as wf does at intervals that are longer than those of the checkpoints here
+    CheckpointChecksums(run.directory).look()  # as wf does at intervals that are longer than those of the checkpoints here
     found = newest(run.directory)
     assert found is not None
     content = bytearray(found.path.read_bytes())

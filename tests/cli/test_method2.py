@@ -71,8 +71,8 @@ def test_dashpots_wait_until_the_cell_has_stopped(archive: Archive, ends: dict[s
     series = archive.series
     loading = series["stage"] == 5
     assert np.ptp(series["time"][loading]) > 2.0  # --quiet 2: not before the network has been the same for so long
-    table = ends["load"].contacts
-    np.testing.assert_array_equal(table.tangential[table.touching], -1e4 * table.stretch[table.touching])  # the spring alone
+    table = ends["load"].interactions
+    np.testing.assert_array_equal(table.tangential[table.in_contact], -1e4 * table.xi_t[table.in_contact])  # the spring alone
     assert ends["load"].area < 0.8 * ends["relax"].area
     assert abs(ends["settle"].area / ends["load"].area - 1.0) < 2e-3
 
@@ -92,8 +92,8 @@ def test_a_stage_of_longer_steps_keeps_its_intervals(whole: Whole, archive: Arch
 
 def test_contacts_become_stiffer_in_their_stage(ends: dict[str, Frame]) -> None:
     for stage, stiffness in zip(STAGES, [1e3, 1e3, 1e3, 1e4, 1e4, 1e4], strict=True):
-        table = ends[stage].contacts
-        np.testing.assert_allclose(table.elastic[table.touching] / -table.gap[table.touching], stiffness, rtol=1e-9)
+        table = ends[stage].interactions
+        np.testing.assert_allclose(table.elastic[table.in_contact] / -table.gap[table.in_contact], stiffness, rtol=1e-9)
 
 
 def test_energy_account_goes_through_all_stages(archive: Archive) -> None:

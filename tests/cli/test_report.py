@@ -33,7 +33,7 @@ def test_page_of_a_run_lies_in_its_directory(copy: Path, capsys: pytest.CaptureF
     run = data(page)["runs"][0]
     with Archive(copy / "run.h5") as archive:
         frame, series = archive.frame(-1), archive.series
-    np.testing.assert_array_equal(unpacked(run["network"]["arrays"]["gap"]), np.float32(frame.contacts.gap))
+    np.testing.assert_array_equal(unpacked(run["network"]["arrays"]["gap"]), np.float32(frame.interactions.gap))
     np.testing.assert_array_equal(unpacked(run["arrays"]["net_force"]), np.float32(series["net_force"]))
     text, record = unescape(page.read_text(encoding="utf-8")), json.loads((copy / "run.json").read_text())
     for word in (record["command"], record["digest"], record["hashes"]["deck.in"], (copy / "scene.toml").read_text()):
@@ -101,7 +101,7 @@ def test_dump_of_another_program_has_a_page(packing: Path, tmp_path: Path) -> No
     words = ["--contacts", packing / "contacts.dump", "--kn", "1000", "--force-unit", "1", "--out", page]
     assert main(["report", *map(str, (packing / "grains.dump", *words))]) == 0
     with Archive(packing / "run.h5") as archive:
-        table = archive.frame(-1).contacts
+        table = archive.frame(-1).interactions
     normal = unpacked(data(page)["runs"][0]["network"]["arrays"]["normal"])
     np.testing.assert_array_equal(np.sort(normal), np.sort(np.float32(table.normal_force)))
 

@@ -68,7 +68,7 @@ def frame(cohesive: Path) -> Frame:
 
 def strongest(frame: Frame) -> int:
     """The contact of the largest force that lies whole inside the cell."""
-    table = frame.contacts
+    table = frame.interactions
     start = np.mod(frame.position[table.i] - frame.origin, frame.cell)
     inside = ((start + table.branch > 0) & (start + table.branch < frame.cell)).all(axis=1)
     return int(np.argmax(np.where(inside, np.abs(table.normal_force), 0.0)))
@@ -76,13 +76,13 @@ def strongest(frame: Frame) -> int:
 
 def central(frame: Frame) -> int:
     """The contact nearest to the middle of the cell: the view stops at the edges."""
-    start = np.mod(frame.position[frame.contacts.i] - frame.origin, frame.cell)
-    return int(np.argmin(np.hypot(*(start + frame.contacts.branch / 2 - frame.cell / 2).T)))
+    start = np.mod(frame.position[frame.interactions.i] - frame.origin, frame.cell)
+    return int(np.argmin(np.hypot(*(start + frame.interactions.branch / 2 - frame.cell / 2).T)))
 
 
 def place_of(reader: Reader, frame: Frame, contact: int) -> list[float]:
     """The contact point on the canvas, from the frame and the scale that the page draws with."""
-    table = frame.contacts
+    table = frame.interactions
     start = frame.origin + np.mod(frame.position[table.i[contact]] - frame.origin, frame.cell)
     middle = start + table.branch[contact] * frame.diameter[table.i[contact]] / 2 / table.distance[contact]
     return list(reader.run("return views[0].screen(...arguments)", *middle.tolist()))
@@ -103,7 +103,7 @@ def same(text: str, value: float) -> bool:
 
 
 def test_pointing_at_a_contact_shows_its_forces(reader: Reader, frame: Frame) -> None:
-    contact, table = strongest(frame), frame.contacts
+    contact, table = strongest(frame), frame.interactions
     reader.point(reader.find("canvas"), *place_of(reader, frame, contact)).perform()
     words = reader.find(".tip").text
     ids = [frame.ids[table.i[contact]], frame.ids[table.j[contact]]]
@@ -117,7 +117,7 @@ def test_pointing_at_a_contact_shows_its_forces(reader: Reader, frame: Frame) ->
 
 
 def test_a_grain_lists_its_interactions(reader: Reader, frame: Frame) -> None:
-    table = frame.contacts
+    table = frame.interactions
     grain = int(table.i[strongest(frame)])
     reader.control("find").send_keys(str(frame.ids[grain]), Keys.ENTER)
     own = (table.i == grain) | (table.j == grain)

@@ -55,17 +55,19 @@ def last(folder: Path, scene: Packing, ranks: int) -> Frame:
 def test_same_motion_on_any_number_of_ranks(scene: Packing, tmp_path: Path) -> None:
     """A hundred steps, with what is measured on the way."""
     one = last(tmp_path / "1", scene, 1)
-    assert one.step == 100 and one.contacts.touching.sum() > 30
+    assert one.step == 100 and one.interactions.in_contact.sum() > 30
     for ranks in (2, 4):
         other = last(tmp_path / str(ranks), scene, ranks)
         away = (other.position - one.position + one.cell / 2.0) % one.cell - one.cell / 2.0
         # rounding of positions at 1e-15, amplified by at most a few impacts per grain; physics would differ by 1e-3 and more
         assert np.abs(away).max() < 1e-10
         np.testing.assert_allclose(other.cell, one.cell, rtol=0.0, atol=1e-11)
-        for name in ("velocity", "spin", "force", "torque"):
+        for name in ("velocity", "omega", "force", "torque"):
             np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=0.0, atol=1e-7, err_msg=name)
-        assert np.array_equal(other.contacts.i, one.contacts.i) and np.array_equal(other.contacts.j, one.contacts.j)
-        np.testing.assert_allclose(other.contacts.stretch, one.contacts.stretch, rtol=0.0, atol=1e-10)
+        assert np.array_equal(other.interactions.i, one.interactions.i) and np.array_equal(
+            other.interactions.j, one.interactions.j
+        )
+        np.testing.assert_allclose(other.interactions.xi_t, one.interactions.xi_t, rtol=0.0, atol=1e-10)
         series, reference = (read_series(tmp_path / str(number) / "series.txt") for number in (ranks, 1))
         assert set(series) == set(reference)
         for name, values in reference.items():

@@ -19,8 +19,8 @@ FIX = "fix eq all disc/equilibrium 50 unit 2 force 0.01 energy 1e-3"
 
 def figures(frame: Frame, cohesive: bool) -> list[float]:
     """Elements 1 to 9, 11 and 12 of the vector, from the definition."""
-    table, mass = frame.contacts, frame.mass
-    energy = mass * (frame.velocity**2).sum(axis=1) / 2.0 + mass * frame.diameter**2 * frame.spin**2 / 16.0
+    table, mass = frame.interactions, frame.mass
+    energy = mass * (frame.velocity**2).sum(axis=1) / 2.0 + mass * frame.diameter**2 * frame.omega**2 / 16.0
     carries = np.ones(len(table), bool) if cohesive else table.elastic > FORCE * 2.0
     links = np.bincount(np.concatenate((table.i[carries], table.j[carries])), minlength=frame.grains)
     held = links >= (1 if cohesive else 2)
@@ -32,7 +32,7 @@ def figures(frame: Frame, cohesive: bool) -> list[float]:
     return [
         np.hypot(*frame.force.T).max(), np.abs(frame.torque).max(), *stress,
         (energy[watched].sum() - momentum @ momentum / (2.0 * mass[watched].sum())) / watched.sum(), energy.mean(),
-        frame.grains - held.sum(), np.sum(table.touching), np.sum(~table.touching), -table.gap.min(), approach.max(),
+        frame.grains - held.sum(), np.sum(table.in_contact), np.sum(~table.in_contact), -table.gap.min(), approach.max(),
     ]  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def test_figures_are_those_of_the_frame(
 
 def borne(frame: Frame) -> np.ndarray:
     """Stress that contacts and attraction bear, without the kinetic part."""
-    return np.asarray((frame.contacts.force * frame.contacts.branch).sum(axis=0) / frame.area)
+    return np.asarray((frame.interactions.force * frame.interactions.branch).sum(axis=0) / frame.area)
 
 
 LAW = {"kn": 1e3, "f0": 1.0, "d0": 1e-3, "zeta": 0.8}
@@ -139,7 +139,7 @@ run 200000"""
     assert hold <= vector[9] < hold + 0.05 + 1e-9
     assert vector[12] >= vector[9]  # no contact opened or closed while at rest
     assert np.hypot(*frame.force.T).max() < tolerance and np.abs(frame.torque).max() < tolerance
-    stress = (frame.contacts.force * frame.contacts.branch).sum(axis=0) / frame.area
+    stress = (frame.interactions.force * frame.interactions.branch).sum(axis=0) / frame.area
     np.testing.assert_allclose(stress, 1.0, rtol=0.0, atol=tolerance)
 
 

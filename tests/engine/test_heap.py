@@ -100,7 +100,7 @@ def test_closed_form_of_the_fall_changes_nothing(tmp_path: Path) -> None:
     # rounding of the fall by steps, amplified by the first collisions
     np.testing.assert_allclose(one.position, two.position, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(one.velocity, two.velocity, rtol=0.0, atol=1e-8)
-    assert np.count_nonzero(one.contacts.elastic) > 3
+    assert np.count_nonzero(one.interactions.elastic) > 3
     tracks = [read_tracks(folder / "tracks.dump") for folder in (short, whole)]
     assert np.isnan(tracks[0].position).sum() > np.isnan(tracks[1].position).sum()
 
@@ -128,8 +128,8 @@ def test_mirrored_feed_makes_the_mirrored_heap(tmp_path: Path) -> None:
     assert fed.sum() == 5
     np.testing.assert_allclose(one.position[fed, 0] + two.position[fed, 0], 2.0 * scene.middle, rtol=0.0, atol=1e-8)
     np.testing.assert_allclose(one.position[fed, 1], two.position[fed, 1], rtol=0.0, atol=1e-8)
-    np.testing.assert_allclose(one.spin[fed], -two.spin[fed], rtol=0.0, atol=1e-7)
-    assert np.abs(one.spin[fed]).max() > 0.1
+    np.testing.assert_allclose(one.omega[fed], -two.omega[fed], rtol=0.0, atol=1e-7)
+    assert np.abs(one.omega[fed]).max() > 0.1
 
 
 def test_grains_that_leave_the_base_are_counted(tmp_path: Path) -> None:

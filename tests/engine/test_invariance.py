@@ -29,12 +29,12 @@ def same(frame: Frame, other: Frame, tolerance: float = TOLERANCE) -> None:
     """Assert equal states: grains, pairs, contact memory and flags."""
     away = (frame.position - other.position + frame.cell / 2.0) % frame.cell - frame.cell / 2.0
     assert max(np.abs(away).max(), np.abs(frame.cell - other.cell).max()) < tolerance
-    for name in ("velocity", "spin"):
+    for name in ("velocity", "omega"):
         np.testing.assert_allclose(getattr(frame, name), getattr(other, name), rtol=0.0, atol=10.0 * tolerance)
     np.testing.assert_allclose(frame.force, other.force, rtol=0.0, atol=LAW["kn"] * tolerance)
-    one, two = frame.contacts, other.contacts
+    one, two = frame.interactions, other.interactions
     assert one.i.tolist() == two.i.tolist() and one.j.tolist() == two.j.tolist()
-    for name in ("gap", "stretch", "rotation"):
+    for name in ("gap", "xi_t", "xi_r"):
         np.testing.assert_allclose(getattr(one, name), getattr(two, name), rtol=0.0, atol=tolerance)
     assert one.sliding.any() and one.rolling.any() and not one.sliding.all()
     assert np.array_equal(one.sliding, two.sliding) and np.array_equal(one.rolling, two.rolling)
@@ -46,7 +46,7 @@ def transformed(
     """The scene with rows in another order, rotated, shifted across the periodic boundary."""
     position = (scene["position"][order] @ np.transpose(turn) + shift) % scene["cell"][0]
     moved = {"position": position, "velocity": scene["velocity"][order] @ np.transpose(turn)}
-    return {**scene, **moved, "spin": scene["spin"][order], "diameter": scene["diameter"][order]}
+    return {**scene, **moved, "omega": scene["omega"][order], "diameter": scene["diameter"][order]}
 
 
 @pytest.mark.parametrize("change", [{"newton": "off"}, {"skin": 0.02}, {"skin": 0.05}, {"skin": 0.3}], ids=str)
@@ -75,9 +75,9 @@ def test_labels_do_not_change_the_trajectory(discs: Callable[..., Any], compress
     # the grain of row k of the scene now has the label argsort(order)[k] + 1: rows of the frame are permuted by `order`
     back = np.argsort(order)
     np.testing.assert_allclose(other.velocity[back], plain.velocity, rtol=0.0, atol=TOLERANCE)
-    np.testing.assert_allclose(other.spin[back], plain.spin, rtol=0.0, atol=10.0 * TOLERANCE)
-    pairs = {tuple(sorted((order[i], order[j]))) for i, j in zip(other.contacts.i, other.contacts.j, strict=True)}
-    assert pairs == set(zip(plain.contacts.i, plain.contacts.j, strict=True))
+    np.testing.assert_allclose(other.omega[back], plain.omega, rtol=0.0, atol=10.0 * TOLERANCE)
+    pairs = {tuple(sorted((order[i], order[j]))) for i, j in zip(other.interactions.i, other.interactions.j, strict=True)}
+    assert pairs == set(zip(plain.interactions.i, plain.interactions.j, strict=True))
 
 
 def test_rotation_by_90_degrees_rotates_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
@@ -103,10 +103,10 @@ def test_reflection_reverses_spins(discs: Callable[..., Any], compressed: dict[s
     mirror = np.diag([1, -1])
     plain = discs(**compressed).run(STEPS).frame()
     scene = transformed(compressed, turn=mirror)
-    other = discs(**{**scene, "spin": -scene["spin"]}).run(STEPS).frame()
+    other = discs(**{**scene, "omega": -scene["omega"]}).run(STEPS).frame()
     np.testing.assert_allclose(other.velocity, plain.velocity @ mirror, rtol=0.0, atol=TOLERANCE)
-    np.testing.assert_allclose(other.spin, -plain.spin, rtol=0.0, atol=10.0 * TOLERANCE)
-    np.testing.assert_allclose(other.contacts.stretch, -plain.contacts.stretch, rtol=0.0, atol=TOLERANCE)
+    np.testing.assert_allclose(other.omega, -plain.omega, rtol=0.0, atol=10.0 * TOLERANCE)
+    np.testing.assert_allclose(other.interactions.xi_t, -plain.interactions.xi_t, rtol=0.0, atol=TOLERANCE)
 
 
 def test_output_does_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any]) -> None:
@@ -114,10 +114,10 @@ def test_output_does_not_change_the_trajectory(discs: Callable[..., Any], compre
     quiet, watched = discs(**compressed), discs(**compressed)
     watched.record(STEPS, 10)
     one, two = quiet.run(STEPS).frame(), watched.frame()
-    for name in ("position", "velocity", "spin", "force", "torque", "cell"):
+    for name in ("position", "velocity", "omega", "force", "torque", "cell"):
         assert np.array_equal(getattr(one, name), getattr(two, name)), name
-    for name in ("stretch", "rotation", "viscous", "gap"):
-        assert np.array_equal(getattr(one.contacts, name), getattr(two.contacts, name)), name
+    for name in ("xi_t", "xi_r", "viscous", "gap"):
+        assert np.array_equal(getattr(one.interactions, name), getattr(two.interactions, name)), name
 
 
 @pytest.mark.parametrize("account", ["yes", "no"])
@@ -140,7 +140,7 @@ def test_a_run_in_pieces_without_setup_is_the_run(discs: Callable[..., Any], com
     whole = discs(**compressed).command(f"run 10\nrun {STEPS - 10}" if "every" in pieces else f"run {STEPS}").frame()
     parts = discs(**compressed).command(pieces).frame()
     assert np.array_equal(parts.velocity, whole.velocity)
-    assert np.array_equal(parts.contacts.stretch, whole.contacts.stretch)
+    assert np.array_equal(parts.interactions.xi_t, whole.interactions.xi_t)
 
 
 def test_checkpoints_do_not_change_the_trajectory(discs: Callable[..., Any], compressed: dict[str, Any], tmp_path: Any) -> None:
@@ -172,9 +172,9 @@ def test_neighbour_settings_of_lammps_do_not_change_the_trajectory(
 def test_a_rank_without_grains_takes_part(discs: Callable[..., Any], ranks: Callable[..., Frame], newton: str) -> None:
     """Two discs collide near one side of a long cell and fly over to the other rank and back."""
     scene = {"position": np.array([[1.0, 1.5], [2.5, 1.6]]), "diameter": np.ones(2), "cell": (12.0, 3.0), "law": LAW,
-             "velocity": np.array([[5.0, 0.0], [-1.0, 0.0]]), "spin": np.array([3.0, 1.0]), "step": 2e-4}  # fmt: skip
+             "velocity": np.array([[5.0, 0.0], [-1.0, 0.0]]), "omega": np.array([3.0, 1.0]), "step": 2e-4}  # fmt: skip
     plain = discs(**scene).run(9000).frame()
     other = ranks(2, "run 9000", newton=newton, **scene)
     assert np.abs(plain.velocity - scene["velocity"]).max() > 0.1
     np.testing.assert_allclose(other.velocity, plain.velocity, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(other.spin, plain.spin, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(other.omega, plain.omega, rtol=0.0, atol=1e-9)

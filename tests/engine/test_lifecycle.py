@@ -39,8 +39,8 @@ def test_an_engine_goes_on_after_an_error(discs: Callable[..., Any]) -> None:
     sample = discs(position=[[1.0, 1.0], [3.0, 3.0]], diameter=[1.0, 1.0], law={"kn": 1e3})
     try:
         sample.command("pair_coeff * * stiffness 3")
-    except Exception as fault:
-        assert "'stiffness'" in str(fault)
+    except Exception as error:
+        assert "'stiffness'" in str(error)
     sample.command("pair_coeff * * kn 1e3").run(10)
 
 

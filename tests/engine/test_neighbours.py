@@ -28,14 +28,16 @@ def compare(frame: Frame, law: dict[str, float]) -> int:
     """Assert that table and twin agree; number of interactions."""
     check_sums(frame)
     pairs, gap, branch = twin(frame, law.get("d0", 0.0))
-    table = frame.contacts
-    due = ~table.touching & (table.viscous != 0.0)  # contacts that opened in this step, with what their dampers were still due
+    table = frame.interactions
+    due = ~table.in_contact & (
+        table.viscous != 0.0
+    )  # contacts that opened in this step, with what their dampers were still due
     i, j, n = table.i[due], table.j[due], table.normal[due]
-    receding = np.einsum("kx,kx->k", frame.velocity[j] - frame.velocity[i], n)
+    vn = np.einsum("kx,kx->k", frame.velocity[j] - frame.velocity[i], n)
     # a step ago they were closed; F0 and dampers change the velocity of a contact that ends by less than a half in a step,
     # and no cell here grows faster than 0.5
     step = frame.time / max(frame.step, 1)
-    assert (table.gap[due] < 1.5 * step * (receding + 0.5 * table.distance[due])).all()
+    assert (table.gap[due] < 1.5 * step * (vn + 0.5 * table.distance[due])).all()
     table = table.select(~due | (table.gap < law.get("d0", 0.0)))
     assert np.array_equal(np.column_stack((table.i, table.j)), pairs)
     # positions up to 10 are rounded at 2e-15
@@ -51,7 +53,7 @@ def compare(frame: Frame, law: dict[str, float]) -> int:
 
 def check_sums(frame: Frame) -> None:
     """Forces and torques of the grains are the sums over the table."""
-    table, force, torque = frame.contacts, np.zeros((frame.grains, 2)), np.zeros(frame.grains)
+    table, force, torque = frame.interactions, np.zeros((frame.grains, 2)), np.zeros(frame.grains)
     np.add.at(force, table.j, table.force)
     np.add.at(force, table.i, -table.force)
     np.add.at(torque, table.j, table.moment - frame.diameter[table.j] / 2.0 * table.tangential)
@@ -83,11 +85,11 @@ def test_a_fast_grain_is_not_missed(discs: Callable[..., Any], gas: Callable[...
 
 def memory(frame: Frame) -> dict[tuple[int, int], tuple[float, float]]:
     """du and the slip velocity of every contact whose spring is below its limit."""
-    table, radius = frame.contacts.select(frame.contacts.touching & ~frame.contacts.sliding), frame.diameter / 2.0
+    table, radius = frame.interactions.select(frame.interactions.in_contact & ~frame.interactions.sliding), frame.diameter / 2.0
     i, j, n = table.i, table.j, table.normal
     relative = frame.velocity[j] - frame.velocity[i]
-    slip = n[:, 0] * relative[:, 1] - n[:, 1] * relative[:, 0] - radius[i] * frame.spin[i] - radius[j] * frame.spin[j]
-    return dict(zip(zip(i.tolist(), j.tolist(), strict=True), zip(table.stretch, slip, strict=True), strict=True))
+    slip = n[:, 0] * relative[:, 1] - n[:, 1] * relative[:, 0] - radius[i] * frame.omega[i] - radius[j] * frame.omega[j]
+    return dict(zip(zip(i.tolist(), j.tolist(), strict=True), zip(table.xi_t, slip, strict=True), strict=True))
 
 
 def test_contact_memory_follows_its_pair(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:

@@ -44,14 +44,14 @@ thermo 0
 
 def same_memory(frame: Frame, before: Frame) -> None:
     """Assert the same grains and contacts; only the viscous force, evaluated at the full step, may differ."""
-    assert np.array_equal(frame.velocity, before.velocity) and np.array_equal(frame.spin, before.spin)
+    assert np.array_equal(frame.velocity, before.velocity) and np.array_equal(frame.omega, before.omega)
     assert np.array_equal(frame.cell, before.cell) and frame.step == before.step and frame.time == before.time
-    one, two = frame.contacts, before.contacts
+    one, two = frame.interactions, before.interactions
     assert np.array_equal(one.i, two.i) and np.array_equal(one.j, two.j)
-    for name in ("stretch", "rotation", "gap", "tangential", "moment", "attraction"):
+    for name in ("xi_t", "xi_r", "gap", "tangential", "moment", "attraction"):
         # positions are wrapped anew, which rounds gaps at 1e-15; K_N times that in forces and at the limits mu N_e/K_T
         np.testing.assert_allclose(getattr(one, name), getattr(two, name), rtol=0.0, atol=1e-10, err_msg=name)
-    assert np.count_nonzero(two.stretch) > 20 and np.count_nonzero(two.rotation) > 20
+    assert np.count_nonzero(two.xi_t) > 20 and np.count_nonzero(two.xi_r) > 20
 
 
 @pytest.mark.parametrize("newton", ["on", "off"])
@@ -94,7 +94,7 @@ def test_a_resumed_run_is_the_run(
     # rounding of wrapped positions, amplified by some collisions
     np.testing.assert_allclose(resumed.velocity, whole.velocity, rtol=0.0, atol=1e-8)
     np.testing.assert_allclose(resumed.cell, whole.cell, rtol=0.0, atol=1e-10)
-    np.testing.assert_allclose(resumed.contacts.stretch, whole.contacts.stretch, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(resumed.interactions.xi_t, whole.interactions.xi_t, rtol=0.0, atol=1e-9)
 
 
 def test_accounts_survive(discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_clocks_of_the_equilibrium_survive(
     discs: Callable[..., Any], scene: dict[str, Any], tmp_path: Path, between: str
 ) -> None:
     """With criteria that always hold, the time they have held goes on; also after the `run 0` of a deck."""
-    calm = {**scene, "velocity": 0.0, "spin": 0.0, "move": "", "law": {"kn": 1e4}}
+    calm = {**scene, "velocity": 0.0, "omega": 0.0, "move": "", "law": {"kn": 1e4}}
     sample = discs(**calm, first=CHECK + "run 0").run(200).command(f"write_restart {tmp_path / 'c'}")
     held, quiet = sample.vector("eq", 14)[[9, 12]]
     assert held == pytest.approx(190 * 2e-4) and quiet == pytest.approx(200 * 2e-4)

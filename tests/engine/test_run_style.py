@@ -27,7 +27,7 @@ def test_run_style_gives_the_bits_of_run_style_verlet(
     for commands in ("run 3000", "run_style verlet/disc\nthermo 7\nrun 3000", "run_style verlet/disc\nrun 1\nrun 2999 pre no"):
         sample = discs(**compressed, move=move, newton=newton, first="").command(commands)
         frame = sample.frame()
-        runs.append((frame.position, frame.velocity, frame.spin, frame.cell, frame.force, frame.contacts.stretch,
+        runs.append((frame.position, frame.velocity, frame.omega, frame.cell, frame.force, frame.interactions.xi_t,
                      sample.vector("move", 7), sample.energy()))  # fmt: skip
     for other in runs[1:]:
         for mine, theirs in zip(runs[0], other, strict=True):
@@ -58,4 +58,4 @@ def test_run_style_gives_the_same_motion_on_any_number_of_ranks(
     more = ranks(number, "run_style verlet/disc\nrun 600", **scene)
     # 1e-15 per step and sum order, amplified by a few collisions
     np.testing.assert_allclose(more.velocity, one.velocity, rtol=0.0, atol=1e-9)
-    assert len(one.contacts.stretch) > 10
+    assert len(one.interactions.xi_t) > 10

@@ -55,7 +55,7 @@ def test_sorting_changes_rounding_alone(
     assert not np.array_equal(plain.engine.numpy.extract_atom("id")[:60], sorted_.engine.numpy.extract_atom("id")[:60])
     # rounding at 1e-16, amplified by a few impacts per grain
     np.testing.assert_allclose(two.velocity, one.velocity, rtol=0.0, atol=1e-8)
-    assert np.array_equal(two.contacts.i, one.contacts.i) and np.array_equal(two.contacts.j, one.contacts.j)
-    np.testing.assert_allclose(two.contacts.stretch, one.contacts.stretch, rtol=0.0, atol=1e-10)
+    assert np.array_equal(two.interactions.i, one.interactions.i) and np.array_equal(two.interactions.j, one.interactions.j)
+    np.testing.assert_allclose(two.interactions.xi_t, one.interactions.xi_t, rtol=0.0, atol=1e-10)
     np.testing.assert_allclose(sorted_.energy(), plain.energy(), rtol=1e-8, atol=1e-10)
-    assert np.count_nonzero(one.contacts.stretch) > 5
+    assert np.count_nonzero(one.interactions.xi_t) > 5

@@ -23,9 +23,9 @@ def lump(gas: Callable[..., Any]) -> dict[str, Any]:
 
 def test_forces_stay_and_overlaps_shrink(discs: Callable[..., Any], lump: dict[str, Any]) -> None:
     sample = discs(**lump, move="drag 0.3", first="run 60000")
-    before = sample.frame().contacts
+    before = sample.frame().interactions
     sample.command(RAMP + "run 1")  # one update, factor 100^(5e-4/20) = 1 + 1.2e-4
-    step = sample.frame().contacts
+    step = sample.frame().interactions
     held = np.abs(before.tangential) > 1e-3
     assert held.sum() > 20 and np.array_equal(before.i, step.i)
     # what is left of the vibrations moves forces by less than 1e-3 F0 in a step; K_T times the old du would be 1.2e-4 T off
@@ -33,7 +33,7 @@ def test_forces_stay_and_overlaps_shrink(discs: Callable[..., Any], lump: dict[s
     np.testing.assert_allclose(step.moment, before.moment, atol=1e-4)
     sample.run(60000)
     assert sample.vector("ramp", 2)[0] == 100.0 == sample.value("f_ramp") * 100.0
-    after = sample.frame().contacts
+    after = sample.frame().interactions
     # the elastic part of a force is K_N times the overlap: forces near F0 mean overlaps near F0/K_N, then and now
     assert after.elastic.mean() == pytest.approx(1.0, rel=0.1)
     assert -after.gap[after.touching].mean() == pytest.approx(1.0 / 1e4, rel=0.1)
@@ -49,7 +49,7 @@ def test_work_closes_the_energy_account(discs: Callable[..., Any], lump: dict[st
     def kinetic(sample: Any) -> float:
         frame = sample.frame()
         return float(
-            (frame.mass * (frame.velocity**2).sum(axis=1) / 2 + frame.mass * frame.diameter**2 * frame.spin**2 / 16).sum()
+            (frame.mass * (frame.velocity**2).sum(axis=1) / 2 + frame.mass * frame.diameter**2 * frame.omega**2 / 16).sum()
         )
 
     sample = discs(**lump, first="run 40000")
@@ -69,7 +69,7 @@ def test_a_ramp_resumed_in_the_middle_goes_on(discs: Callable[..., Any], lump: d
     start, rest = text.index("read_data"), text.index("pair_style")
     again = type(sample)(text[:start] + f"read_restart {tmp_path / 'c'}\n" + text[rest:] + RAMP + "run 0", tmp_path)
     assert again.vector("ramp", 2).tolist() == [factor, work]
-    one, two = sample.run(0).frame().contacts, again.frame().contacts
+    one, two = sample.run(0).frame().interactions, again.frame().interactions
     np.testing.assert_allclose(two.elastic, one.elastic, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(two.tangential, one.tangential, rtol=0.0, atol=1e-9)
     for engine in (sample, again):

@@ -56,7 +56,7 @@ def errors(frame: Frame, run: Trajectory) -> float:
     """Largest difference of positions, velocities and surface velocities."""
     # the engine wraps positions into its cell
     away = (frame.position - run.position[-1] + frame.cell / 2.0) % frame.cell - frame.cell / 2.0
-    turning = (frame.spin - run.spin[-1]) * frame.diameter / 2.0
+    turning = (frame.omega - run.omega[-1]) * frame.diameter / 2.0
     return max(np.abs(away).max(), np.abs(frame.velocity - run.velocity[-1]).max(), np.abs(turning).max())
 
 
@@ -69,7 +69,7 @@ def test_converges_to_the_reference(discs: Callable[..., Any], name: str, count:
     # a stress far beyond what the grains bear holds the strain rate at its cap from the first half step on
     stress = " ".join("1e9" if r else "NULL" for r in rate)
     move = f"stress {stress} rate {max(rate)}" if max(rate) else ""
-    shared = {"position": start.position, "velocity": start.velocity, "spin": start.spin, "diameter": start.diameter}
+    shared = {"position": start.position, "velocity": start.velocity, "omega": start.omega, "diameter": start.diameter}
 
     def error(steps: int) -> float:
         sample = discs(**shared, law=law, cell=(LENGTH, LENGTH), step=DURATION / steps, move=move)
@@ -91,7 +91,7 @@ def test_scheme_of_the_paper_is_first_order_with_damping_and_friction(
     rewrite("pair_style disc/cohesive", "pair_style disc/cohesive scheme paper")
     start = scene(3, np.random.default_rng(list(LAWS).index(name)))
     run = integrate(CohesiveLaw(**LAWS[name]), start, DURATION, cell=Cell(np.array([LENGTH, LENGTH])))
-    shared = {"position": start.position, "velocity": start.velocity, "spin": start.spin, "diameter": start.diameter}
+    shared = {"position": start.position, "velocity": start.velocity, "omega": start.omega, "diameter": start.diameter}
 
     def error(steps: int) -> float:
         sample = discs(**shared, law=LAWS[name], cell=(LENGTH, LENGTH), step=DURATION / steps)
@@ -114,7 +114,7 @@ def test_second_order_at_a_large_size_ratio(discs: Callable[..., Any], smallest:
     )  # fmt: skip
     duration = 0.02
     run = integrate(CohesiveLaw(**law), start, duration, cell=Cell(np.array([LENGTH, LENGTH])))
-    shared = {"position": start.position, "velocity": start.velocity, "spin": start.spin, "diameter": start.diameter}
+    shared = {"position": start.position, "velocity": start.velocity, "omega": start.omega, "diameter": start.diameter}
     levels = [round(duration * frequency / phase) for phase in (0.1, 0.025, 0.00625)]
 
     def error(steps: int) -> float:

@@ -29,12 +29,12 @@ def test_momentum_is_conserved(discs: Callable[..., Any], gas: Callable[..., Any
     for frame in frames:
         # 4000 steps of 100 grains round at 1e-16 each, as a random walk: 6e-14 of a momentum
         np.testing.assert_allclose(frame.mass @ frame.velocity, 0.0, rtol=0.0, atol=1e-14 * scale)
-    assert sum(len(frame.contacts) for frame in frames) > 300
+    assert sum(len(frame.interactions) for frame in frames) > 300
 
 
 def angular(frame: Frame) -> float:
     x, v = frame.position, frame.velocity
-    return float(frame.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) + frame.mass * frame.diameter**2 / 8.0 @ frame.spin)
+    return float(frame.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) + frame.mass * frame.diameter**2 / 8.0 @ frame.omega)
 
 
 def test_angular_momentum_changes_by_overlap_times_tangential_force(discs: Callable[..., Any]) -> None:
@@ -43,11 +43,11 @@ def test_angular_momentum_changes_by_overlap_times_tangential_force(discs: Calla
     grid = np.stack(np.meshgrid(np.arange(5), np.arange(5)), -1).reshape(-1, 2)
     position = 10.0 + 1.05 * (grid - 2.0) + rng.uniform(-0.02, 0.02, (25, 2))
     scene = {"position": position, "diameter": rng.uniform(0.9, 1.0, 25), "cell": (20, 20),
-             "velocity": -0.5 * (position - 10.0) + rng.normal(scale=0.2, size=(25, 2)), "spin": rng.normal(scale=3.0, size=25)}  # fmt: skip
+             "velocity": -0.5 * (position - 10.0) + rng.normal(scale=0.2, size=(25, 2)), "omega": rng.normal(scale=3.0, size=25)}  # fmt: skip
     step = 1e-4
     frames = discs(**scene, law={**LAW, "kn": 200.0, "kt": 200.0}, step=step).record(8000, 4)
     moment = np.array([angular(frame) for frame in frames])
-    rate = np.array([np.minimum(frame.contacts.gap, 0.0) @ frame.contacts.tangential for frame in frames])
+    rate = np.array([np.minimum(frame.interactions.gap, 0.0) @ frame.interactions.tangential for frame in frames])
     change = moment - moment[0]
     integral = np.concatenate(([0.0], np.cumsum(2.0 * step * (rate[1:] + rate[:-1]))))
     assert np.ptp(change) > 1e-3
@@ -60,7 +60,7 @@ def residual(sample: Any, steps: int) -> tuple[float, float]:
 
     def account() -> tuple[float, float]:
         frame, energy, move = sample.frame(), sample.energy(), sample.vector("move", 7)
-        kinetic = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.spin**2 / 16.0
+        kinetic = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.omega**2 / 16.0
         return kinetic + energy.sum() + move[6] - move[4], energy[4:].sum() + move[6]
 
     start = account()

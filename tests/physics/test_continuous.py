@@ -58,7 +58,7 @@ def of_pairs(law: dict[str, Any], discs: Discs) -> ContinuousLaw:
 
 def errors(frame: Frame, run: Trajectory) -> float:
     """Largest difference of positions, velocities and surface velocities."""
-    turning = (frame.spin - run.spin[-1]) * frame.diameter / 2.0
+    turning = (frame.omega - run.omega[-1]) * frame.diameter / 2.0
     return max(
         np.abs(frame.position - run.position[-1]).max(), np.abs(frame.velocity - run.velocity[-1]).max(), np.abs(turning).max()
     )
@@ -73,7 +73,7 @@ def test_converges_to_the_reference(discs: Callable[..., Any], name: str, count:
     start = scene(count, rng)
     run = integrate(of_pairs(chosen, start), start, DURATION, rtol=1e-10)
     assert "close" in [event.kind for event in run.events]
-    shared = {"position": start.position, "velocity": start.velocity, "spin": start.spin, "diameter": start.diameter}
+    shared = {"position": start.position, "velocity": start.velocity, "omega": start.omega, "diameter": start.diameter}
 
     def found(scheme: str) -> Any:
         """Errors at each level."""
@@ -118,7 +118,7 @@ WEIGHT = "group lower id 1\ngroup upper id 2\nfix weight upper gravity 1.0 vecto
 @pytest.mark.parametrize("law", [{"index": 12}, {"index": 36}, {"index": 144}, {"index": 300}, {"index": 36.5}, {"hooke": 500}])
 def test_unit_weight_rests_at_unit_distance(discs: Callable[..., Any], law: dict[str, float]) -> None:
     sample = discs(**pair(1.01), law=law, step=1e-3, first=WEIGHT).run(30_000)
-    contacts = sample.frame().contacts
+    contacts = sample.frame().interactions
     # half-critical damping leaves exp(-0.5 * 3.6 * 30) of the first swing
     assert contacts.gap[0] == pytest.approx(-1.0 / 500.0 if "hooke" in law else 0.0, abs=1e-12)
     assert contacts.elastic[0] == pytest.approx(1.0, abs=1e-10)
@@ -133,7 +133,7 @@ def test_damping_is_half_critical(discs: Callable[..., Any], index: int) -> None
     damped = math.sqrt(0.75) * omega
     swing = np.exp(-0.5 * omega * times) * (np.cos(damped * times) + 0.5 * omega / damped * np.sin(damped * times))
     # second order in the step; the force bends by (n + 2)/2 times the amplitude
-    assert [frame.contacts.gap[0] / start for frame in frames] == pytest.approx(swing, abs=(omega * step) ** 2 + 1e-4)
+    assert [frame.interactions.gap[0] / start for frame in frames] == pytest.approx(swing, abs=(omega * step) ** 2 + 1e-4)
 
 
 @pytest.mark.parametrize("law", [{"index": 36}, {"index": 144, "cutoff": 1.047}, {"hooke": 500}])
@@ -143,10 +143,10 @@ def test_friction_ends_at_amontons_law(discs: Callable[..., Any], law: dict[str,
     the spin turns."""
     first = "fix hold all freeze\nset atom 2 omega 0 0 0.5\nrun 0"
     sample = discs(**pair(0.98), law={**law, "mu": mu}, step=1e-3, first=first).run(3000)
-    forward = sample.frame().contacts
+    forward = sample.frame().interactions
     assert forward.tangential[0] == pytest.approx(mu * forward.elastic[0], rel=1e-12)
     assert forward.sliding[0]
-    back = sample.command("set atom 2 omega 0 0 -0.5").run(4).frame().contacts
+    back = sample.command("set atom 2 omega 0 0 -0.5").run(4).frame().interactions
     assert back.tangential[0] < 0.98 * forward.tangential[0] and not back.sliding[0]
 
 
@@ -156,7 +156,7 @@ def test_two_ranks_give_the_run_of_one(ranks: Callable[..., Frame], gas: Callabl
     one, two = (ranks(n, "run 300", **start, law={"index": 36, "mu": 0.5}, step=1e-3, skin=0.5, newton=newton) for n in (1, 2))
     # the order of sums differs: rounding, amplified by some collisions
     np.testing.assert_allclose(two.velocity, one.velocity, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(two.contacts.stretch, one.contacts.stretch, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(two.interactions.xi_t, one.interactions.xi_t, rtol=0.0, atol=1e-9)
 
 
 def test_momenta_are_conserved_and_the_energy_account_closes(discs: Callable[..., Any], gas: Callable[..., Any]) -> None:
@@ -176,7 +176,7 @@ def test_momenta_are_conserved_and_the_energy_account_closes(discs: Callable[...
 
 def energy_of(sample: Any) -> float:
     frame = sample.frame()
-    turning = (frame.mass * (frame.diameter * frame.spin) ** 2).sum() / 16.0
+    turning = (frame.mass * (frame.diameter * frame.omega) ** 2).sum() / 16.0
     return float((frame.mass * (frame.velocity**2).sum(axis=1)).sum() / 2.0 + turning + sample.energy().sum())
 
 

@@ -51,7 +51,7 @@ def test_free_discs_follow_the_parabola(discs: Callable[..., Any], spread: dict[
     np.testing.assert_allclose(frame.cell, LENGTHS * (1.0 - strain), rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(frame.position, spread["position"] * (1.0 - strain), rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(sample.vector("move", 6), [0, 0, *(stress * time / mass), 0, mass], rtol=1e-11, atol=1e-15)
-    assert not frame.velocity.any() and not len(frame.contacts)
+    assert not frame.velocity.any() and not len(frame.interactions)
 
 
 @pytest.mark.parametrize("options", ["", "mass 2"])
@@ -89,7 +89,7 @@ def test_cell_of_lengths_conserves_the_enthalpy(discs: Callable[..., Any], gas: 
 
     def enthalpy(sample: Any) -> tuple[float, float]:
         frame, move = sample.frame(), sample.vector("move", 6)
-        own = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.spin**2 / 16.0
+        own = frame.mass @ (frame.velocity**2).sum(axis=1) / 2.0 + frame.mass * frame.diameter**2 @ frame.omega**2 / 16.0
         grains = own + sample.energy().sum()
         moving = 0.5 * move[5] * np.sum(speeds(sample, start) ** 2)
         return grains + stress * np.prod(frame.cell) + moving, grains - move[4]
@@ -190,13 +190,13 @@ def test_quench_brings_the_cell_to_rest_and_leaves_the_grains(discs: Callable[..
 def test_free_velocities_scale_with_the_cell(discs: Callable[..., Any], spread: dict[str, Any], convention: int) -> None:
     """m dv/dt = c m (dL/dt/L) v: v ~ L^c along each axis, whatever the cell does; the spin stays."""
     velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
-    spread |= {"velocity": velocity, "spin": np.linspace(-1, 1, 12)}
+    spread |= {"velocity": velocity, "omega": np.linspace(-1, 1, 12)}
     sample = discs(**spread, move=f"stress 1e9 -1e9 rate 0.1 convention {convention}").run(600)
     frame = sample.frame()
-    assert not len(frame.contacts) and abs(frame.cell[0] / LENGTHS[0] - 0.94) < 1e-9
+    assert not len(frame.interactions) and abs(frame.cell[0] / LENGTHS[0] - 0.94) < 1e-9
     # the factor is exp(-c d eps/dt dt/2) with L at either end of the step: the error of a step is of third order
     np.testing.assert_allclose(frame.velocity, velocity * (frame.cell / LENGTHS) ** convention, rtol=1e-7, atol=0.0)
-    np.testing.assert_array_equal(frame.spin, spread["spin"])
+    np.testing.assert_array_equal(frame.omega, spread["omega"])
     # what convention +-1 gives to the grains is work of the cell
     before, after = (np.sum(spread["diameter"][:, None] ** 2 * v**2) / 2.0 for v in (velocity, frame.velocity))
     assert sample.vector("move", 6)[4] == pytest.approx(after - before, abs=1e-6 * before)
@@ -216,7 +216,7 @@ def test_a_packing_reaches_the_imposed_stress(discs: Callable[..., Any], gas: Ca
     law = {"kn": 1e3, "kt": 1e3, "mu": 0.3, "zeta": 0.8}
     sample = discs(**scene, law=law, step=2e-3, move=f"stress {shares} drag 0.2").run(60000)
     frame = sample.frame()
-    stress = (frame.contacts.force * frame.contacts.branch).sum(axis=0) / frame.area
+    stress = (frame.interactions.force * frame.interactions.branch).sum(axis=0) / frame.area
     # 100 time units of drag at a rate of 0.2 to 0.4 leave exp(-20) of the last vibrations; measured 1e-7
     np.testing.assert_allclose(stress, [float(s) for s in shares.split()], rtol=1e-5)
     np.testing.assert_allclose(sample.vector("move", 2), stress, rtol=1e-5)
@@ -228,14 +228,14 @@ def test_drag_slows_free_discs_and_is_accounted(discs: Callable[..., Any], sprea
     """v, w ~ exp(-g t), and the energy taken is the kinetic energy that is gone."""
     drag, steps = 0.7, 500
     velocity = np.random.default_rng(1).normal(scale=0.05, size=(12, 2))
-    spin = np.linspace(-1, 1, 12)
-    sample = discs(**spread, velocity=velocity, spin=spin, move=f"{stress} drag {drag}").run(steps)
+    omega = np.linspace(-1, 1, 12)
+    sample = discs(**spread, velocity=velocity, omega=omega, move=f"{stress} drag {drag}").run(steps)
     kept, frame = math.exp(-drag * steps * STEP), sample.frame()
     # 1000 factors exp(-g dt/2), each rounded at 1e-16
     np.testing.assert_allclose(frame.velocity, kept * velocity, rtol=1e-12, atol=0.0)
-    np.testing.assert_allclose(frame.spin, kept * spin, rtol=1e-12, atol=0.0)
+    np.testing.assert_allclose(frame.omega, kept * omega, rtol=1e-12, atol=0.0)
     mass, inertia = frame.mass, frame.mass * frame.diameter**2 / 8.0
-    energy = (mass @ (velocity**2).sum(axis=1) + inertia @ spin**2) / 2.0
+    energy = (mass @ (velocity**2).sum(axis=1) + inertia @ omega**2) / 2.0
     assert sample.vector("move", 7)[6] == pytest.approx(energy * (1.0 - kept**2), rel=1e-11)
 
 

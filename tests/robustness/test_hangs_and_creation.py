@@ -17,7 +17,7 @@ import pytest
 from kills import environment, start
 from mutations import deadline
 
-from workflow.data.files import alive, open_plain, replacing
+from workflow.data.files import alive, atomic_write, open_plain
 from workflow.errors import EngineError, InputError, WorkflowError
 from workflow.runs import child_process as process
 from workflow.runs import installation as engine_environment
@@ -87,7 +87,7 @@ def test_dead_drafts_are_removed_and_living_ones_are_not(tmp_path: Path) -> None
         older, elsewhere = tmp_path / ".run.h5.4194304.part", tmp_path / ".run.h5.another-4194304.part"
         for path in (*drafts.values(), older, elsewhere):
             path.write_text("half")
-        with replacing(tmp_path / "run.h5") as draft:
+        with atomic_write(tmp_path / "run.h5") as draft:
             draft.write_text("whole")
         other.kill()
     assert not drafts["dead"].exists() and not older.exists()

@@ -49,7 +49,7 @@ def content(path: Path) -> list[Any]:
     """Everything in an archive, to compare."""
     with Archive(path) as archive:
         frames = [
-            [np.asarray(getattr(part, entry.name)).tobytes() for part in (frame, frame.contacts) for entry in fields(part)
+            [np.asarray(getattr(part, entry.name)).tobytes() for part in (frame, frame.interactions) for entry in fields(part)
              if entry.name != "contacts"]
             for frame in archive.frames
         ]  # fmt: skip

@@ -19,7 +19,7 @@ from kills import SCENES, environment, start
 from workflow.data.series import read_series
 from workflow.errors import ArchiveError
 from workflow.runs import execute as launch
-from workflow.runs.checkpoint import Seals, newest
+from workflow.runs.checkpoint import CheckpointChecksums, newest
 from workflow.runs.directory import RunDirectory
 from workflow.runs.outputs import Parts
 from workflow.runs.resume_point import start_of
@@ -116,7 +116,7 @@ def test_rows_that_were_not_written_stop_the_run(packing: Path, fresh: Fresh) ->
         for path in run.glob("checkpoint.*.json"):
             path.unlink()
         with pytest.raises(ArchiveError, match=r"rows are missing behind step \d+"):
-            Seals(run).look()
+            CheckpointChecksums(run).look()
         with pytest.raises(ArchiveError, match=r"rows are missing behind step \d+"):
             Parts(run).finished(int(RunDirectory(packing).state["result"]["step"]))
 
@@ -144,7 +144,7 @@ def test_a_damaged_checkpoint_is_not_sealed_anew(packing: Path, fresh: Fresh) ->
     content[len(content) // 2] ^= 1
     run = fresh(packing, {found.path.name: bytes(content)})
     before = (run / f"{found.path.name}.json").read_bytes()
-    Seals(run).look()
+    CheckpointChecksums(run).look()
     assert (run / f"{found.path.name}.json").read_bytes() == before
 
 

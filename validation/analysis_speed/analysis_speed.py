@@ -41,7 +41,7 @@ def reading(run: Path, name: str) -> int:
     from workflow.archive.dumps import read_frames
     from workflow.archive.read import Archive
     from workflow.archive.write import write_archive
-    from workflow.measures.contacts import measure
+    from workflow.measures.packing import measure
 
     dumps = run / "grains.dump", run / "contacts.dump"
     if name == "dumps":

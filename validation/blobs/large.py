@@ -15,8 +15,8 @@ from blobs import fits, real_space
 
 from workflow.archive.read import Archive
 from workflow.data.balance import solid_fraction
-from workflow.measures.contacts import coordination
 from workflow.measures.density import scattering
+from workflow.measures.packing import coordination
 from workflow.measures.registry import shells
 from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory

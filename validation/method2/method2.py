@@ -45,12 +45,12 @@ def rows(name: str, options: list[str], runs: Path) -> list[dict[str, object]]:
     for stage, frame in ends.items():
         row = int(series["step"].searchsorted(frame.step, "right")) - 1
         change = relaxation.get(stage, {})
-        touching = int(frame.contacts.touching.sum())
+        in_contact = int(frame.interactions.in_contact.sum())
         table.append({
             "run": name, "options": " ".join(options), "stage": stage, "time": frame.time, "duration": frame.time - begun,
             "solid_fraction": float((frame.diameter**2).sum() * 0.7853981633974483 / frame.area),
-            "coordination": 2 * len(frame.contacts) / frame.grains,
-            "contacts": touching, "distant": len(frame.contacts) - touching,
+            "coordination": 2 * len(frame.interactions) / frame.grains,
+            "contacts": in_contact, "distant": len(frame.interactions) - in_contact,
             "aggregates": int(series["aggregates"][row]), "net_force": float(series["net_force"][row]),
             "kinetic_per_grain": float(series["kinetic_per_grain"][row]),
             "contacts_opened": change.get("contacts_opened"), "contacts_closed": change.get("contacts_closed"),

@@ -18,8 +18,8 @@ import numpy as np
 
 from workflow.archive.read import Archive
 from workflow.measures.clusters import local_coordination
-from workflow.measures.contacts import measure
 from workflow.measures.density import scattering
+from workflow.measures.packing import measure
 from workflow.measures.registry import density_of, measure_groups, shells
 from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from workflow.archive.read import Archive
 from workflow.errors import WorkflowError
-from workflow.measures.contacts import measure
 from workflow.measures.modes import without_loose
+from workflow.measures.packing import measure
 from workflow.measures.rigidity import rigidity
 from workflow.pipeline.collect import settings_of
 from workflow.runs.directory import RunDirectory

@@ -17,7 +17,7 @@ import numpy as np
 
 from workflow.data import text
 from workflow.data.files import PathLike
-from workflow.data.frame import LARGEST, Contacts, Floats, Frame, Ints, Tracks, sound
+from workflow.data.frame import LARGEST, Floats, Frame, Interactions, Ints, Tracks, validate_frame
 from workflow.data.text import numbers_in, numeric, open_output, whole_numbers
 from workflow.errors import ArchiveError
 
@@ -219,10 +219,10 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
         step=block.step, time=block.time, stage=stage,
         origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],
         ids=ids, diameter=pick("diameter"), mass=pick("mass"), position=pick("x", "y"), velocity=pick("vx", "vy"),
-        spin=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
-        contacts=_contacts(table, ids, contacts), periodic=block.periodic,
+        omega=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
+        interactions=_contacts(table, ids, contacts), periodic=block.periodic,
     )  # fmt: skip
-    return sound(frame, f"{grains}, line {block.line}")
+    return validate_frame(frame, f"{grains}, line {block.line}")
 
 
 def _places(block: Block, names: Sequence[str], path: PathLike) -> dict[str, int]:
@@ -247,7 +247,7 @@ def numbered_contacts(columns: Sequence[str]) -> dict[str, str]:
     return dict(zip(CONTACT_COLUMNS, map(numbers.__getitem__, expected), strict=True)) if set(numbers) == set(expected) else {}
 
 
-def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
+def _contacts(block: Block, ids: Ints, path: PathLike) -> Interactions:
     numbered = numbered_contacts(block.columns)
     place = {name: block.columns.index(column) for name, column in numbered.items()} or _places(block, CONTACT_COLUMNS, path)
     table = block.table[block.table[:, place["state"]] != 0]
@@ -260,10 +260,10 @@ def _contacts(block: Block, ids: Ints, path: PathLike) -> Contacts:
     known = {name: column[order] for name, column in known.items()}
     where = f"{path}, step {block.step}"
     i, j = (rows_of(whole_numbers(end[order], f"{where}: grain id"), ids, where) for end in (first, second))
-    return Contacts(
+    return Interactions(
         i=i, j=j, branch=np.column_stack((known["bx"], known["by"])), gap=known["gap"], elastic=known["elastic"],
         viscous=known["viscous"], attraction=known["attraction"], tangential=known["tangential"], moment=known["moment"],
-        stretch=known["du"], rotation=known["dtheta"], sliding=known["sliding"] != 0, rolling=known["rolling"] != 0,
+        xi_t=known["du"], xi_r=known["dtheta"], sliding=known["sliding"] != 0, rolling=known["rolling"] != 0,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workflow.archive import layout
 from workflow.archive.vtk import write_collection, write_polydata
 from workflow.data.cells import cells
-from workflow.data.files import replacing
-from workflow.data.frame import Contacts, Floats, Frame, plain_rows
+from workflow.data.files import atomic_write
+from workflow.data.frame import Floats, Frame, plain_rows
 from workflow.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 Columns = dict[str, np.ndarray]
 GRAPHML, TYPES = "http://graphml.graphdrawing.org/xmlns", {"i": "long", "f": "double", "b": "boolean"}
 SIDES = np.array([[0, 0], [1, 0], [1, 0], [1, 1], [1, 1], [0, 1], [0, 1], [0, 0]])  # of the cell, each from corner to corner
-PLAIN = tuple(field.name for field in fields(Contacts) if field.name not in ("i", "j", "branch"))
+PLAIN = {name: column for name, column in layout.COLUMNS.items() if name not in ("i", "j", "branch")}  # field: column
 
 
 @dataclass(frozen=True)
@@ -44,26 +45,28 @@ def grain_columns(frame: Frame) -> Columns:
     """Grains as columns (N,), in scene units, of what the frame has; names as in the dumps of a run."""
     (x, y), (vx, vy), (fx, fy) = frame.position.T, frame.velocity.T, frame.force.T
     columns = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x, "y": y, "vx": vx, "vy": vy,
-               "spin": frame.spin, "fx": fx, "fy": fy, "torque": frame.torque}  # fmt: skip
+               "spin": frame.omega, "fx": fx, "fy": fy, "torque": frame.torque}  # fmt: skip
     return _given(columns, frame, {"vx": "velocity", "vy": "velocity", "fx": "force", "fy": "force"})
 
 
 def _given(columns: Columns, frame: Frame, of: dict[str, str]) -> Columns:
     """The columns of what the frame has; ``of``: the quantities of those that are named otherwise."""
+    of = {**of, "omega": "omega", "xi_t": "xi_t", "xi_r": "xi_r"}  # retired: in files
+    of = {**of, "spin": "omega", "stretch": "xi_t", "rotation": "xi_r"}  # retired: in files
     return {name: column for name, column in columns.items() if of.get(name, name) not in frame.lacks}
 
 
 def contact_columns(frame: Frame) -> Columns:
-    """Interactions as columns (M,): ids of the two grains, branch from i to j, ``normal`` = N, and those of `Contacts`,
+    """Interactions as columns (M,): ids of the two grains, branch from i to j, ``normal`` = N, and those of `Interactions`,
     of what the frame has."""
-    pairs = frame.contacts
+    pairs = frame.interactions
     ends = {
         "id_i": frame.ids[pairs.i],
         "id_j": frame.ids[pairs.j],
         "branch_x": pairs.branch[:, 0],
         "branch_y": pairs.branch[:, 1],
     }
-    values = {"normal": pairs.normal_force} | {name: getattr(pairs, name) for name in PLAIN}
+    values = {"normal": pairs.normal_force} | {column: getattr(pairs, name) for name, column in PLAIN.items()}
     return ends | _given(values, frame, dict.fromkeys(("elastic", "viscous", "attraction"), "normal"))
 
 
@@ -104,7 +107,7 @@ def write_csv(frames: Iterable[Frame], folder: Path) -> list[Path]:
     """``frames.csv``, ``grains.csv``, ``contacts.csv``: the shortest digits that read back to the same float64."""
     paths = {name: folder / f"{name}.csv" for name in ("frames", "grains", "contacts")}
     with ExitStack() as stack:
-        drafts = {name: stack.enter_context(replacing(path)) for name, path in paths.items()}
+        drafts = {name: stack.enter_context(atomic_write(path)) for name, path in paths.items()}
         writers = {name: csv.writer(stack.enter_context(open(draft, "w", newline=""))) for name, draft in drafts.items()}
         for number, frame in enumerate(frames):
             for name, columns in tables(frame).items():
@@ -120,7 +123,7 @@ def write_parquet(frames: Iterable[Frame], folder: Path) -> list[Path]:
     paths = {name: folder / f"{name}.parquet" for name in ("frames", "grains", "contacts")}
     writers: dict[str, Any] = {}
     with ExitStack() as stack:
-        drafts = {name: stack.enter_context(replacing(path)) for name, path in paths.items()}
+        drafts = {name: stack.enter_context(atomic_write(path)) for name, path in paths.items()}
         for frame in frames:
             for name, columns in tables(frame).items():
                 table = arrow.table(columns)
@@ -141,10 +144,10 @@ def write_vtk(frames: Iterable[Frame], folder: Path) -> list[Path]:
         time = float(frame.step) if "time" in frame.lacks else frame.time  # ParaView needs one
         clock = {"TimeValue": np.array([time]), "cell": np.concatenate((frame.origin, frame.cell))}
         grains = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "velocity": _spatial(frame.velocity),
-                  "spin": frame.spin, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
+                  "spin": frame.omega, "force": _spatial(frame.force), "torque": frame.torque}  # fmt: skip
         grains = _given(grains, frame, {})
-        start = frame.position[frame.contacts.i]
-        ends = np.stack((start, start + frame.contacts.branch), axis=1).reshape(-1, 2)
+        start = frame.position[frame.interactions.i]
+        ends = np.stack((start, start + frame.interactions.branch), axis=1).reshape(-1, 2)
         sides = frame.origin + frame.cell * SIDES
         for name, points, kind, data in (
             ("grains", frame.position, "Verts", grains),
@@ -163,21 +166,21 @@ def write_gsd(frames: Iterable[Frame], folder: Path) -> list[Path]:
     """``run.gsd`` for OVITO: discs, contacts as bonds with their forces, the cell, all frames."""
     hoomd = _needed("gsd.hoomd")
     path = folder / "run.gsd"
-    with replacing(path) as draft, hoomd.open(draft, "w") as file:
+    with atomic_write(path) as draft, hoomd.open(draft, "w") as file:
         for frame in frames:
             frame.need("a GSD file, which fills in what is missing", "diameter", "mass", "velocity")
             shot, pairs = hoomd.Frame(), contact_columns(frame)
             shot.configuration.step, shot.configuration.dimensions = frame.step, 2
             shot.configuration.box = [*frame.cell, 1.0, 0.0, 0.0, 0.0]
-            shot.particles.N, shot.bonds.N = frame.grains, len(frame.contacts)
+            shot.particles.N, shot.bonds.N = frame.grains, len(frame.interactions)
             inside = frame.position - frame.origin - frame.cell / 2  # the centre of a GSD box is the origin
             shot.particles.position = _spatial(inside - frame.cell * np.round(inside / frame.cell))
             shot.particles.velocity = _spatial(frame.velocity)
             shot.particles.diameter, shot.particles.mass = frame.diameter, frame.mass
-            shot.bonds.group = np.column_stack((frame.contacts.i, frame.contacts.j))
-            log = {"time": np.array([frame.time]), "particles/id": frame.ids, "particles/spin": frame.spin}
+            shot.bonds.group = np.column_stack((frame.interactions.i, frame.interactions.j))
+            log = {"time": np.array([frame.time]), "particles/id": frame.ids, "particles/spin": frame.omega}
             shot.log = {name: values for name, values in log.items() if name.split("/")[-1] not in frame.lacks}
-            for name in (name for name in ("normal", *PLAIN) if name in pairs):
+            for name in (name for name in ("normal", *PLAIN.values()) if name in pairs):
                 column = pairs[name]
                 shot.log[f"bonds/{name}"] = column.astype(np.uint8) if column.dtype == bool else column
             file.append(shot)
@@ -193,7 +196,7 @@ def write_graphml(frames: Iterable[Frame], folder: Path) -> list[Path]:
     keys = [(kind, name, column.dtype.kind) for kind, columns in parts.items() for name, column in columns.items()]
     data = {kind: "".join(f'<data key="{kind}.{name}">%s</data>' for name in columns) for kind, columns in parts.items()}
     path = folder / "contacts.graphml"
-    with replacing(path) as draft, open(draft, "w", encoding="utf-8") as file:
+    with atomic_write(path) as draft, open(draft, "w", encoding="utf-8") as file:
         print(f'<?xml version="1.0" encoding="utf-8"?>\n<graphml xmlns="{GRAPHML}">', file=file)
         for kind, name, of in keys:
             print(f'<key id="{kind}.{name}" for="{kind}" attr.name="{name}" attr.type="{TYPES[of]}"/>', file=file)

@@ -21,7 +21,7 @@ from workflow.archive.pairs import NO_CONTACTS, REMEDY, contact_table, identitie
 from workflow.archive.snapshots import Snapshot
 from workflow.data.build import make_frame
 from workflow.data.files import PathLike
-from workflow.data.frame import Floats, Frame, Ints, sound, without
+from workflow.data.frame import Floats, Frame, Ints, validate_frame, without
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 UNIFORM = ("lj", "si", "cgs", "micro", "nano", "")  # units of LAMMPS in which m v^2 is a force times a length
 FEW = 20
 VECTORS = {"velocity": ("vx", "vy"), "force": ("fx", "fy")}
-SCALARS = {"mass": "mass", "spin": "omegaz", "torque": "tqz"}
+SCALARS = {"mass": "mass", "omega": "omegaz", "torque": "tqz"}
 
 
 class Sample:
@@ -40,11 +40,11 @@ class Sample:
     def __init__(self, grains: Sequence[PathLike], contacts: Sequence[PathLike] = (), reading: Reading | None = None) -> None:
         self.reading = reading or Reading()
         self.grains = Dump(grains)
-        self.contacts = Dump(contacts) if contacts else None
-        self.notes = [*self.grains.notes, *(self.contacts.notes if self.contacts else [])]
+        self.interactions = Dump(contacts) if contacts else None
+        self.notes = [*self.grains.notes, *(self.interactions.notes if self.interactions else [])]
         steps = list(self.grains.snapshots)
-        if self.contacts:
-            others = self.contacts.snapshots
+        if self.interactions:
+            others = self.interactions.snapshots
             self.steps = [step for step in steps if step in others]
             if not self.steps:
                 raise InputError(f"'{grains[0]}' has the steps {_range(steps)}, '{contacts[0]}' has "
@@ -62,20 +62,20 @@ class Sample:
                              f"{len(self.steps)}; choose another --frame")  # fmt: skip
         step = self.steps[number]
         block = self.grains.snapshots[step]
-        table = self.contacts.snapshots[step] if self.contacts else None
+        table = self.interactions.snapshots[step] if self.interactions else None
         check_names(self.reading.names, block, table)
         frame, rounding = _grains(self.grains, block, self.reading, with_contacts=table is not None)
-        if table is None or self.contacts is None:
+        if table is None or self.interactions is None:
             frame = _overlapping(frame, block.where, rounding)
         else:
             plausible.same_moment(block, table)
-            frame = contact_table(frame, self.contacts, table, contact_names(table, self.reading.names, self.reading.liggghts),
-                                  self.reading, rounding)  # fmt: skip
+            names = contact_names(table, self.reading.names, self.reading.liggghts)
+            frame = contact_table(frame, self.interactions, table, names, self.reading, rounding)
         return replace(frame, notes=(*self.notes, *frame.notes, *plausible.notes_of(frame, self.reading.friction)))
 
     def frames(self) -> Iterator[Frame]:
         """All frames, one at a time."""
-        dumps = [dump for dump in (self.grains, self.contacts) if dump is not None]
+        dumps = [dump for dump in (self.grains, self.interactions) if dump is not None]
         try:
             for dump in dumps:
                 dump.streaming = True
@@ -193,19 +193,19 @@ def _frame(block: Snapshot, ids: Ints, position: Floats, diameter: Floats | None
     frame = Frame(
         step=block.step, time=0.0 if np.isnan(block.time) else block.time, stage="", origin=block.bounds[:2, 0].copy(),
         cell=block.bounds[:2, 1] - block.bounds[:2, 0], ids=ids, diameter=np.ones(count) if diameter is None else diameter,
-        position=position, contacts=NO_CONTACTS, periodic=block.periodic, notes=tuple(notes), **values,
+        position=position, interactions=NO_CONTACTS, periodic=block.periodic, notes=tuple(notes), **values,
     )  # fmt: skip
-    return without(sound(frame, block.where, REMEDY), lacks)
+    return without(validate_frame(frame, block.where, REMEDY), lacks)
 
 
 def _overlapping(frame: Frame, where: str, rounding: float) -> Frame:
     """The discs that overlap, of whose forces nothing is known."""
     shape = make_frame(frame.position, frame.diameter, frame.cell, origin=frame.origin, periodic=frame.periodic)
-    plausible.near(shape.contacts.i, shape.contacts.j, shape.contacts.branch, frame, where)
-    lacks = {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"}
+    plausible.near(shape.interactions.i, shape.interactions.j, shape.interactions.branch, frame, where)
+    lacks = {"normal", "tangential", "moment", "xi_t", "xi_r", "sliding", "rolling"}
     note = "no contact table is given: contacts are the discs that overlap, their forces are unknown"
     notes = (*frame.notes, note, *plausible.near_touching(frame, rounding))
-    return without(replace(frame, contacts=shape.contacts, notes=notes), lacks)
+    return without(replace(frame, interactions=shape.interactions, notes=notes), lacks)
 
 
 def _range(steps: Sequence[int]) -> str:
@@ -237,11 +237,11 @@ def universe_frame(
     diameter = 2.0 * np.asarray(atoms.radii if radii is None else radii, dtype=np.float64)
     cell = np.asarray(box[:2], dtype=np.float64)
     mass: dict[str, Any] = {"mass": np.asarray(atoms.masses, dtype=np.float64)} if hasattr(atoms, "masses") else {}
-    lacks = {"time", "velocity", "spin", "force", "torque", *(() if mass else ("mass",)), *_absent(pairs or {})}
+    lacks = {"time", "velocity", "omega", "force", "torque", *(() if mass else ("mass",)), *_absent(pairs or {})}
     return without(make_frame(position, diameter, cell, pairs, step=int(universe.trajectory.frame), **mass), lacks)
 
 
 def _absent(pairs: Mapping[str, ArrayLike]) -> set[str]:
     """The quantities of contacts that ``pairs`` does not give."""
     parts = {"normal"} if {"normal", "elastic", "viscous", "attraction"} & set(pairs) else set()
-    return {"normal", "tangential", "moment", "stretch", "rotation", "sliding", "rolling"} - set(pairs) - parts
+    return {"normal", "tangential", "moment", "xi_t", "xi_r", "sliding", "rolling"} - set(pairs) - parts

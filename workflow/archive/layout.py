@@ -2,20 +2,22 @@
 
 from dataclasses import fields
 
-from workflow.data.frame import Contacts
+from workflow.data.frame import Interactions
 
 GRAINS = "particles/grains"
 
 # Time-dependent per-grain data: name in the file -> field of Frame.  The first three have a zero third component,
 # because H5MD readers expect three dimensions.  A grain absent from a frame (not yet poured, or gone) holds NaN.
 VECTORS = {"position": "position", "velocity": "velocity", "force": "force"}
-SCALARS = {"angular_velocity": "spin", "torque": "torque"}
+SCALARS = {"angular_velocity": "omega", "torque": "torque"}
 # Per-grain data that never change, (grains,) each.
 CONSTANTS = {"id": "ids", "mass": "mass", "diameter": "diameter"}
 
 # Contact tables of all frames end to end; frame k owns rows offset[k]:offset[k+1].  "i" and "j" are grain ids.
 CONTACTS = "contacts"
 OFFSET = "contacts/offset"
+# field of Interactions -> name in the file; two were named before the words of docs/glossary.md
+COLUMNS = {field.name: field.name for field in fields(Interactions)} | {"xi_t": "xi_t", "xi_r": "xi_r"}
 
 # Positions of all grains at short intervals: time (F,), id (G,), position (F, G, 2), float32; only of scenes that ask for it.
 TRACKS = "tracks"
@@ -39,10 +41,10 @@ REQUIRED: dict[str, tuple[str, tuple[str | int, ...]]] = {
     **{f"{GRAINS}/{name}/value": ("f", ("F", "G")) for name in SCALARS},
     OFFSET: ("iu", ("F+1",)),
     **{
-        f"{CONTACTS}/{field.name}": (
-            {"i": "iu", "j": "iu", "sliding": "b", "rolling": "b"}.get(field.name, "f"),
-            ("M", 2) if field.name == "branch" else ("M",),
+        f"{CONTACTS}/{name}": (
+            {"i": "iu", "j": "iu", "sliding": "b", "rolling": "b"}.get(name, "f"),
+            ("M", 2) if name == "branch" else ("M",),
         )
-        for field in fields(Contacts)
+        for name in COLUMNS.values()
     },
 }

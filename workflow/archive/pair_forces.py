@@ -119,6 +119,6 @@ def rest_of(known: Known, forces: Mapping[str, Floats], lacks: set[str], reading
         sliding = zero > 0
         lacks |= {"sliding"}
     return {
-        "moment": known.get("moment", zero), "stretch": known.get("du", zero), "rotation": known.get("dtheta", zero),
+        "moment": known.get("moment", zero), "xi_t": known.get("du", zero), "xi_r": known.get("dtheta", zero),
         "sliding": sliding, "rolling": known.get("rolling", zero) != 0,
     }  # fmt: skip

@@ -15,12 +15,12 @@ from workflow.archive.dumps import NUMBERED
 from workflow.archive.pair_forces import Known, forces_of, rest_of
 from workflow.archive.snapshots import Snapshot
 from workflow.data.build import nearest
-from workflow.data.frame import Contacts, Floats, Frame, Ints, sound, without
+from workflow.data.frame import Floats, Frame, Interactions, Ints, validate_frame, without
 from workflow.errors import ArchiveError
 
 ODD = ("bx", "by", "moment", "dtheta", "fx", "fy", "fz", "tx", "ty")  # change sign when i and j are exchanged
 EMPTY: Any = np.empty(0)
-NO_CONTACTS = Contacts(
+NO_CONTACTS = Interactions(
     EMPTY.astype(np.int64), EMPTY.astype(np.int64), np.empty((0, 2)), *[EMPTY] * 8, *[EMPTY.astype(bool)] * 2
 )
 REMEDY = "correct the file, or name its columns with --columns"
@@ -54,19 +54,19 @@ def contact_table(
     gap = _gap(known, i, j, branch, frame, block)
     parts, lacks = forces_of(known, branch, gap, block, reading)
     forces: dict[str, Any] = {**parts}
-    table = Contacts(
+    table = Interactions(
         i, j, branch, np.zeros(len(i)) if gap is None else gap, **forces, **rest_of(known, forces, lacks, reading),
     )  # fmt: skip
     lacks |= {"gap"} if gap is None else set()
-    lacks |= {name for name, column in (("stretch", "du"), ("rotation", "dtheta")) if column not in known}
+    lacks |= {name for name, column in (("xi_t", "du"), ("xi_r", "dtheta")) if column not in known}
     if gap is not None and not own:
         table, said = plausible.only_interactions(table, frame, rounding, forces_known="normal" not in lacks)
         notes += said
     if "normal" not in lacks and not own:
         notes += plausible.forces(table, frame, block, reading.attraction)
-    whole = replace(frame, contacts=table)
+    whole = replace(frame, interactions=table)
     notes += plausible.missed(whole, rounding, reading.complete and not own)
-    return without(sound(replace(whole, notes=(*frame.notes, *notes)), block.where, REMEDY), lacks)
+    return without(validate_frame(replace(whole, notes=(*frame.notes, *notes)), block.where, REMEDY), lacks)
 
 
 def identities(values: Floats, block: Snapshot, name: str) -> Ints:

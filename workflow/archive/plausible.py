@@ -8,8 +8,8 @@ import numpy as np
 
 from workflow.archive.snapshots import Snapshot
 from workflow.data.balance import balance, solid_fraction
-from workflow.data.build import nearest, touching_pairs
-from workflow.data.frame import QUANTITIES, Contacts, Floats, Frame, Ints
+from workflow.data.build import nearest, pairs_in_contact
+from workflow.data.frame import QUANTITIES, Floats, Frame, Interactions, Ints
 from workflow.errors import ArchiveError, InputError
 
 PLANE = 1e-6  # of a diameter: centres in one plane
@@ -76,7 +76,7 @@ def near(i: Ints, j: Ints, branch: Floats, frame: Frame, where: str) -> None:
         )
 
 
-def only_interactions(table: Contacts, frame: Frame, rounding: float, forces_known: bool) -> tuple[Contacts, list[str]]:
+def only_interactions(table: Interactions, frame: Frame, rounding: float, forces_known: bool) -> tuple[Interactions, list[str]]:
     """The table without pairs that do not touch and exert no force: a list of neighbours holds such."""
     loose = table.gap > 0.0
     if forces_known:
@@ -114,7 +114,7 @@ def missed(frame: Frame, rounding: float, complete: bool) -> list[str]:
     if "diameter" in frame.lacks or 2.0 * frame.diameter.max() >= frame.cell[list(frame.periodic)].min(initial=np.inf):
         return []
     i, j, gap = _pairs(frame, 0.0)
-    table, least = frame.contacts, SURE * frame.diameter.mean() + 2.0 * rounding
+    table, least = frame.interactions, SURE * frame.diameter.mean() + 2.0 * rounding
     absent = ~np.isin(i * frame.grains + j, table.i * frame.grains + table.j) & (gap < -least)
     if not absent.any():
         return []
@@ -129,12 +129,12 @@ def missed(frame: Frame, rounding: float, complete: bool) -> list[str]:
 
 def _pairs(frame: Frame, reach: float) -> tuple[Ints, Ints, Floats]:
     """Pairs with a gap below ``reach``, from positions and diameters."""
-    i, j = touching_pairs(frame.position, frame.diameter, frame.cell, reach, periodic=frame.periodic)
+    i, j = pairs_in_contact(frame.position, frame.diameter, frame.cell, reach, periodic=frame.periodic)
     apart = nearest(frame.position[j] - frame.position[i], np.where(frame.periodic, frame.cell, np.inf))
     return i, j, np.hypot(*apart.T) - (frame.diameter[i] + frame.diameter[j]) / 2
 
 
-def forces(table: Contacts, frame: Frame, block: Snapshot, attraction: float) -> list[str]:
+def forces(table: Interactions, frame: Frame, block: Snapshot, attraction: float) -> list[str]:
     """Notes about the normal forces.  Raises InputError for forces that no contacts can have."""
     normal = table.normal_force
     if not len(normal):
@@ -149,13 +149,13 @@ def forces(table: Contacts, frame: Frame, block: Snapshot, attraction: float) ->
     return _apart(table, frame, block) + _pulling(pulling, table, attraction)
 
 
-def _pulling(share: float, table: Contacts, attraction: float) -> list[str]:
+def _pulling(share: float, table: Interactions, attraction: float) -> list[str]:
     if share > 0.0 and attraction == 0.0 and not table.attraction.any():
         return [f"{100 * share:.2g} % of the normal forces are attractive; without --f0 they count as viscous"]
     return []
 
 
-def _apart(table: Contacts, frame: Frame, block: Snapshot) -> list[str]:
+def _apart(table: Interactions, frame: Frame, block: Snapshot) -> list[str]:
     """Grains that repel each other without touching, in a law of contact."""
     if "diameter" in frame.lacks:
         return []
@@ -176,7 +176,7 @@ def notes_of(frame: Frame, friction: float | None) -> list[str]:
         notes.append("the box has walls: nothing is wrapped there; solid fraction and stress are of the whole box, "
                      "contacts with the walls are not in the table")  # fmt: skip
     notes += _balanced(frame) + _coulomb(frame, friction)
-    lacking = [words for name, words in QUANTITIES.items() if name in frame.lacks and name not in ("stretch", "rotation")]
+    lacking = [words for name, words in QUANTITIES.items() if name in frame.lacks and name not in ("xi_t", "xi_r")]
     if lacking:
         notes.append(f"not given: {', '.join(lacking)}; what needs them is undefined")
     return notes
@@ -186,20 +186,20 @@ def _dense(frame: Frame) -> list[str]:
     if "diameter" in frame.lacks:
         return []
     share = solid_fraction(frame)
-    deepest = float(-frame.contacts.gap.min(initial=0.0)) if "gap" not in frame.lacks else 0.0
+    deepest = float(-frame.interactions.gap.min(initial=0.0)) if "gap" not in frame.lacks else 0.0
     if share <= 1.0:
         return []
     words = f"the area fraction is {share:.4g}, above 1, and the deepest overlap {deepest:.3g}"
-    if deepest > DEEP * frame.diameter.mean() or not len(frame.contacts):
+    if deepest > DEEP * frame.diameter.mean() or not len(frame.interactions):
         raise InputError(f"{words}: these are no discs in a plane; three-dimensional data cannot be measured here")
     return [f"{words}: soft discs, or spheres in space"]
 
 
 def _balanced(frame: Frame) -> list[str]:
     """How well the contacts balance each grain, and whether they add up to what the program summed."""
-    if {"normal", "tangential"} & frame.lacks or not len(frame.contacts):
+    if {"normal", "tangential"} & frame.lacks or not len(frame.interactions):
         return []
-    found, mean = balance(frame), float(np.abs(frame.contacts.normal_force).mean())
+    found, mean = balance(frame), float(np.abs(frame.interactions.normal_force).mean())
     notes = [f"balance: the largest net force of the contacts on a grain is {found.largest_force / mean:.2g} of the mean |N|"]
     if "force" not in frame.lacks and found.force_difference > DIFFERS * mean:
         notes.append("the contacts do not add up to the forces on the grains in the dump, by "
@@ -209,9 +209,9 @@ def _balanced(frame: Frame) -> list[str]:
 
 
 def _coulomb(frame: Frame, friction: float | None) -> list[str]:
-    if friction is None or {"normal", "tangential"} & frame.lacks or frame.contacts.attraction.any():
+    if friction is None or {"normal", "tangential"} & frame.lacks or frame.interactions.attraction.any():
         return []
-    table = frame.contacts
+    table = frame.interactions
     above = np.abs(table.tangential) > friction * np.maximum(table.normal_force, 0.0) * 1.001 + 1e-6 * np.abs(
         table.normal_force
     ).max(initial=0.0)

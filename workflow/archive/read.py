@@ -7,7 +7,6 @@ import operator
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
 from functools import cached_property
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, overload
@@ -18,7 +17,7 @@ import numpy as np
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.data.files import PathLike
-from workflow.data.frame import Contacts, Floats, Frame, Tracks, sound
+from workflow.data.frame import Floats, Frame, Interactions, Tracks, validate_frame
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:
@@ -172,7 +171,7 @@ class Archive:
         if not -count <= index < count:
             raise InputError(f"frame {index} does not exist in '{self.path}'; allowed: {-count} to {count - 1}")
         with self._reading(f"frame {index}"):
-            return sound(self._frame(index % count), f"archive '{self.path}', frame {index}")
+            return validate_frame(self._frame(index % count), f"archive '{self.path}', frame {index}")
 
     def _frame(self, k: int) -> Frame:
         group = self._file[layout.GRAINS]
@@ -186,7 +185,7 @@ class Archive:
             stage=self.stages[k],
             origin=group["box/origin/value"][k],
             cell=group["box/edges/value"][k, :2],
-            contacts=self._contacts(k, constants["ids"]),
+            interactions=self._contacts(k, constants["ids"]),
             periodic=self._periodic,
             **vectors, **scalars, **constants,
         )  # fmt: skip
@@ -208,15 +207,15 @@ class Archive:
                 raise ValueError(f"'position' has the shape {position.shape}, 'time' {time.shape}, 'id' {ids.shape}")
             return Tracks(time.astype(np.float64), ids, position.astype(np.float64))
 
-    def _contacts(self, k: int, ids: np.ndarray) -> Contacts:
+    def _contacts(self, k: int, ids: np.ndarray) -> Interactions:
         start, stop = self._file[layout.OFFSET][k : k + 2]
         group = self._file[layout.CONTACTS]
         if not 0 <= start <= stop <= len(group["i"]):
             raise ValueError(f"rows {start} to {stop} of the contact table do not exist")
-        columns = {field.name: group[field.name][start:stop] for field in fields(Contacts)}
+        columns = {name: group[column][start:stop] for name, column in layout.COLUMNS.items()}
         for name in ("i", "j"):
             columns[name] = rows_of(columns[name], ids, f"archive '{self.path}', frame {k}")
-        return Contacts(**columns)
+        return Interactions(**columns)
 
 
 class Frames(Sequence[Frame]):

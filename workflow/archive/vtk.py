@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.data.frame import Floats
 
 TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
@@ -36,7 +36,7 @@ def write_polydata(
     counts = " ".join(f'NumberOf{name}="{number}"' for name, number in sizes.items())
     field = arrays.declared(whole, whole=True)
     text = f"<PolyData>\n<FieldData>\n{field}</FieldData>\n<Piece {counts}>\n{piece}</Piece>\n</PolyData>\n"
-    with replacing(path) as draft, open(draft, "wb") as file:
+    with atomic_write(path) as draft, open(draft, "wb") as file:
         file.write((HEAD.format("PolyData", ORDER) + text + '<AppendedData encoding="raw">\n_').encode("ascii"))
         for block in arrays.blocks:
             file.write(np.uint64(block.nbytes).tobytes())
@@ -47,7 +47,7 @@ def write_polydata(
 def write_collection(path: Path, members: Sequence[tuple[float, Path]]) -> None:
     """A PVD file: the time of each of the ``members``, files in the same folder."""
     rows = "".join(f'<DataSet timestep="{time!r}" part="0" file="{member.name}"/>\n' for time, member in members)
-    with replacing(path) as draft:
+    with atomic_write(path) as draft:
         draft.write_text(
             HEAD.format("Collection", ORDER) + f"<Collection>\n{rows}</Collection>\n</VTKFile>\n", encoding="ascii"
         )

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
 from typing import Any
 
 import h5py
 import numpy as np
 
 from workflow.archive import layout
-from workflow.data.files import PathLike, replacing
-from workflow.data.frame import Contacts, Floats, Frame, Ints, Tracks
+from workflow.data.files import PathLike, atomic_write
+from workflow.data.frame import Floats, Frame, Ints, Tracks
 from workflow.errors import ArchiveError, InputError
 
 # Rows per HDF5 chunk: 64 kB of float64, small against a frame of a real run and no waste in a small one.
@@ -43,7 +42,7 @@ def write_archive(
         document = json.dumps(dict(provenance), sort_keys=True, indent=1)
     except (TypeError, ValueError) as error:
         raise InputError(f"provenance: {error}; give only strings, numbers, lists and dictionaries") from None
-    with replacing(path) as draft, h5py.File(draft, "w", libver=FORMAT) as file:
+    with atomic_write(path) as draft, h5py.File(draft, "w", libver=FORMAT) as file:
         _head(file, provenance)
         writer = _Writer(file, path)
         for frame in frames:
@@ -115,9 +114,9 @@ class _Writer:
         for name, field in layout.CONSTANTS.items():
             self.known[name] = getattr(frame, field)[:0]
             _dataset(group, name, (0,), (None,), (chunk,), self.known[name].dtype)
-        for entry in fields(Contacts):
-            column = getattr(frame.contacts, entry.name)
-            _dataset(self.file, f"{layout.CONTACTS}/{entry.name}", (0, *column.shape[1:]),
+        for name, stored in layout.COLUMNS.items():
+            column = getattr(frame.interactions, name)
+            _dataset(self.file, f"{layout.CONTACTS}/{stored}", (0, *column.shape[1:]),
                      (None, *column.shape[1:]), (CHUNK, *column.shape[1:]), column.dtype)  # fmt: skip
         _dataset(self.file, layout.OFFSET, (1,), (None,), (256,), np.int64, fill=0)
         _dataset(self.file, layout.STAGE, (0,), (None,), (256,), STAGE_NAME, fill=b"")
@@ -161,12 +160,12 @@ class _Writer:
         dataset[self.count] = value
 
     def _contacts(self, frame: Frame) -> None:
-        start, self.rows = self.rows, self.rows + len(frame.contacts)
-        for field in fields(Contacts):
-            dataset = self.file[layout.CONTACTS][field.name]
-            column = getattr(frame.contacts, field.name)
+        start, self.rows = self.rows, self.rows + len(frame.interactions)
+        for name, stored in layout.COLUMNS.items():
+            dataset = self.file[layout.CONTACTS][stored]
+            column = getattr(frame.interactions, name)
             dataset.resize(self.rows, axis=0)
-            dataset[start:] = frame.ids[column] if field.name in ("i", "j") else column
+            dataset[start:] = frame.ids[column] if name in ("i", "j") else column
         offset = self.file[layout.OFFSET]
         offset.resize(self.count + 2, axis=0)
         offset[-1] = self.rows

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import IO, TextIO
 
-from workflow.campaign.study import DONE, FAILED, INTERRUPTED, RUNNING, Claims, Point, Standing, Study, remaining
+from workflow.campaign.study import DONE, FAILED, INTERRUPTED, RUNNING, Point, PointLocks, PointStatus, Study, remaining
 from workflow.errors import InputError
 from workflow.runs import directory as rundir
 from workflow.runs.child_process import with_parent
@@ -59,7 +59,7 @@ def compute(
     one at once; the next call continues them.
     """
     with study.claims() as claims:
-        crew = Crew(study, claims, jobs, ranks, retry, options, out or sys.stderr)
+        crew = Runner(study, claims, jobs, ranks, retry, options, out or sys.stderr)
         try:
             while crew.waiting or crew.running:
                 while crew.waiting and len(crew.running) < crew.jobs:
@@ -73,15 +73,15 @@ def compute(
     return crew.outcome
 
 
-class Crew:
+class Runner:
     """The jobs at work and the points that wait for one."""
 
     def __init__(
-        self, study: Study, claims: Claims, jobs: int, ranks: int | None, retry: bool, options: Sequence[str], out: TextIO
+        self, study: Study, claims: PointLocks, jobs: int, ranks: int | None, retry: bool, options: Sequence[str], out: TextIO
     ) -> None:
         self.study, self.claims, self.jobs, self.ranks, self.out = study, claims, jobs, ranks, out
         self.options = [*(["--ranks", str(ranks)] if ranks else []), *options]
-        self.standings: dict[str, Standing] = {point.digest: study.standing(point) for point in study.points}
+        self.standings: dict[str, PointStatus] = {point.digest: study.standing(point) for point in study.points}
         of = {DONE: 0, FAILED: 0} | {now.status: 0 for now in self.standings.values()}
         for now in self.standings.values():
             of[now.status] += 1
@@ -164,7 +164,7 @@ class Crew:
             parts.append(f"left ~{duration(left / hands * (max(self.passed / self.ran, 1.0) if self.ran > 0.0 else 1.0))}")
         return ", ".join(parts)
 
-    def current(self, point: Point) -> Standing:
+    def current(self, point: Point) -> PointStatus:
         """The standing, read anew for points at work."""
         return self.study.standing(point) if any(job.point is point for job in self.running) else self.standings[point.digest]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workflow.archive.read import Archive
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.errors import InputError
 from workflow.measures.heap import dip, mean_profile
 from workflow.measures.registry import GROUPS, Settings
@@ -59,7 +59,7 @@ def measured(directory: RunDirectory, stage: str | None, group: str | None, kept
         groups = [group] if group else ["none"]
         table[key] = measures_of(directory, frame_index(directory, stage), groups=groups)
         kept.mkdir(parents=True, exist_ok=True)
-        with replacing(store) as draft:
+        with atomic_write(store) as draft:
             draft.write_text(json.dumps(table), encoding="utf-8")
     return dict(table[key])
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from workflow.campaign.study import DONE, Study
 from workflow.data.cells import named_cells
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.measures.registry import GROUPS
 from workflow.pipeline.collect import stored_measures
 from workflow.runs.directory import ARCHIVE
@@ -34,7 +34,7 @@ def write_results(study: Study) -> int:
             rows.append({"name": point.name, **varied, "seconds": round(now.seconds, 1), **numbers})
     if rows:
         names = {name: None for row in rows for name in row}
-        with replacing(study.folder / RESULTS) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
+        with atomic_write(study.folder / RESULTS) as draft, open(draft, "w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(named_cells(names)))
             writer.writeheader()
             writer.writerows(map(named_cells, rows))

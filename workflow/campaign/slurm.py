@@ -22,8 +22,8 @@ from functools import cached_property
 from pathlib import Path
 
 from workflow.campaign.cluster import Profile
-from workflow.campaign.study import DONE, FAILED, INTERRUPTED, RUNNING, WAITING, Point, Standing, Study
-from workflow.data.files import replacing
+from workflow.campaign.study import DONE, FAILED, INTERRUPTED, RUNNING, WAITING, Point, PointStatus, Study
+from workflow.data.files import atomic_write
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 from workflow.runs import directory as rundir
 from workflow.runs.installation import absolute, python_child
@@ -104,7 +104,7 @@ class Queue:
         return {task: found.get(task, State("UNKNOWN")) for task in tasks}
 
 
-def standings(study: Study) -> tuple[list[Standing], set[str], str | None]:
+def standings(study: Study) -> tuple[list[PointStatus], set[str], str | None]:
     """Where the points of ``study`` stand, the names of those whose tasks wait or run, and why Slurm did not answer, if so.
 
     A point that is neither done nor failed by its own record is ``waiting`` while its task waits (``reason``: what for),
@@ -126,7 +126,7 @@ def standings(study: Study) -> tuple[list[Standing], set[str], str | None]:
     return merged, live, None
 
 
-def _merged(now: Standing, task: Task, state: State) -> Standing:
+def _merged(now: PointStatus, task: Task, state: State) -> PointStatus:
     """The standing of an unfinished point, with what Slurm knows of its task."""
     number = f"{task[0]}_{task[1]}"
     if now.status == RUNNING and (state.name == "RUNNING" or now.reason is None):  # there, or by another wf here
@@ -167,7 +167,7 @@ def preview(study: Study, profile: Profile, *, at_once: int | None = None, retry
     return f"{len(todo)} points as {len(array.tasks)} tasks of '{array.folder / JOB}':\n\n{array.script}".rstrip("\n")
 
 
-def _todo(study: Study, retry: bool) -> list[tuple[Point, Standing]]:
+def _todo(study: Study, retry: bool) -> list[tuple[Point, PointStatus]]:
     """What is neither done nor submitted, begun points first."""
     now, live, fault = standings(study)
     if fault:
@@ -211,7 +211,7 @@ def _send(array: Array) -> str:
     folder = array.folder
     folder.mkdir(parents=True)
     for name, text in ((TASKS, array.plan), (JOB, array.script)):
-        with replacing(folder / name) as draft:
+        with atomic_write(folder / name) as draft:
             draft.write_text(text, encoding="utf-8")
     try:
         number = _ask("sbatch", "--parsable", JOB, cwd=folder)[0].split(";")[0]
@@ -223,7 +223,7 @@ def _send(array: Array) -> str:
         folder.rmdir()
         raise
     try:
-        with replacing(folder / ID) as draft:
+        with atomic_write(folder / ID) as draft:
             draft.write_text(json.dumps({"id": number, "submitted": rundir.timestamp()}) + "\n")
     except WorkflowError:
         _ask("scancel", number)

@@ -16,13 +16,13 @@ MOST = 20  # of those that run, and of those that failed, that people see
 def study_standing(path: Path) -> dict[str, Any]:
     """Counts, core hours spent and left, and every point; the progress of those at work."""
     whole = Study.open(path)
-    standings, _, fault = slurm.standings(whole)
+    standings, _, error = slurm.standings(whole)
     counts = Counter(now.status for now in standings)
     left = remaining(whole.points, standings)
     return {
         "directory": str(path),
         "counts": {status: counts[status] for status in study.STATUSES},
-        "scheduler": fault,
+        "scheduler": error,
         "core_hours_spent": sum(now.core_seconds for now in standings) / 3600.0,
         "core_hours_left": None if left is None else left / 3600.0,
         "points": [

@@ -25,7 +25,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from workflow.data.files import alive, open_plain, replacing
+from workflow.data.files import alive, atomic_write, open_plain
 from workflow.deck.template import DECK, render
 from workflow.errors import ArchiveError, InputError
 from workflow.runs import directory as rundir
@@ -76,7 +76,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Standing:
+class PointStatus:
     """Where a point stands: one of STATUSES, ``reason`` it failed or waits, ``seconds`` it has run on ``ranks`` cores."""
 
     status: str
@@ -115,7 +115,7 @@ class Study:
         except OSError as fault:
             raise InputError(f"cannot create '{self.folder}': {fault.strerror}; give a writable --out DIR") from fault
         lines = [json.dumps({"digest": p.digest, "grains": p.grains, "values": p.values}) for p in self.points]
-        with replacing(self.folder / POINTS) as draft:
+        with atomic_write(self.folder / POINTS) as draft:
             draft.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
 
     def directory(self, point: Point) -> RunDirectory:
@@ -132,7 +132,7 @@ class Study:
         """What distinguishes a point, in words."""
         return " ".join(f"{name}={point.values[name]}" for name in self.varied if name in point.values) or point.name
 
-    def standing(self, point: Point) -> Standing:
+    def standing(self, point: Point) -> PointStatus:
         """Where a point stands.  Raises nothing: a damaged record is a failure with its reason."""
         return standing_in(f"{self.folder}/points/{point.name}")
 
@@ -162,10 +162,10 @@ class Study:
         return count, left
 
     @contextmanager
-    def claims(self) -> Iterator[Claims]:
+    def claims(self) -> Iterator[PointLocks]:
         """What keeps other processes from the points this one works on."""
         with open(self.folder / CLAIMS, "a+b") as file:
-            yield Claims(file.fileno())
+            yield PointLocks(file.fileno())
 
     def prepare(self, point: Point) -> RunDirectory:
         """The directory of a claimed point, made if there is none; what a killed process began is made anew.
@@ -187,7 +187,7 @@ class Study:
             raise
 
 
-class Claims:
+class PointLocks:
     """Locks on single points: byte number `digest` of one file, freed by the system when the process ends."""
 
     def __init__(self, file: int) -> None:
@@ -206,7 +206,7 @@ class Claims:
         fcntl.lockf(self.file, fcntl.LOCK_UN, 1, int(point.digest[:15], 16))
 
 
-def standing_in(path: str) -> Standing:
+def standing_in(path: str) -> PointStatus:
     """Where the run in ``path`` stands; it need not exist.  Plain strings: of ten thousand paths the objects cost most."""
     try:
         with open_plain(f"{path}/run.json") as file:
@@ -216,17 +216,17 @@ def standing_in(path: str) -> Standing:
         status, reason, seconds = state["status"], state.get("reason"), float(state.get("seconds") or 0.0)
         ranks = int(state.get("ranks") or 1)
     except (FileNotFoundError, NotADirectoryError):
-        return Standing(WAITING)
+        return PointStatus(WAITING)
     except (OSError, ValueError, RecursionError) as fault:
-        return Standing(FAILED, f"'{path}/run.json' cannot be read ({fault}); remove the directory to run it again")
+        return PointStatus(FAILED, f"'{path}/run.json' cannot be read ({fault}); remove the directory to run it again")
     if status == rundir.RUNNING:
         elsewhere = state.get("host") not in (None, platform.node())
         if elsewhere or alive(state.get("pid")):
             where = f"on {state['host']}" if elsewhere else None
-            return Standing(RUNNING, where, seconds + _since(state.get("started")), ranks)
-        return Standing(INTERRUPTED, "it was killed", seconds, ranks)
+            return PointStatus(RUNNING, where, seconds + _since(state.get("started")), ranks)
+        return PointStatus(INTERRUPTED, "it was killed", seconds, ranks)
     known = {rundir.PREPARED: WAITING, rundir.FINISHED: DONE, rundir.INTERRUPTED: INTERRUPTED}
-    return Standing(known.get(status, FAILED), reason, seconds, ranks)
+    return PointStatus(known.get(status, FAILED), reason, seconds, ranks)
 
 
 def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
@@ -242,7 +242,7 @@ def _since(stamp: str | None) -> float:
         return 0.0
 
 
-def remaining(points: Sequence[Point], standings: Sequence[Standing]) -> float | None:
+def remaining(points: Sequence[Point], standings: Sequence[PointStatus]) -> float | None:
     """Core seconds that the unfinished points will take, None while no point is done.
 
     A point costs what the finished points of its scene cost per grain on the mean (all finished ones, if its scene has

@@ -75,6 +75,6 @@ def action(arguments: argparse.Namespace) -> int:
         result, text = measures[0], text_of(measures[0], sources[0], named=named is not None)
     print(json.dumps(result, indent=1) if arguments.json else text)
     faults = {name: sample[name]["error"] for sample in measures for name in asked if "error" in sample.get(name, ())}
-    for name, fault in faults.items():
-        print(f"wf: {name}: {fault}", file=sys.stderr)
+    for name, error in faults.items():
+        print(f"wf: {name}: {error}", file=sys.stderr)
     return int(bool(faults))

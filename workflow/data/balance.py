@@ -44,7 +44,7 @@ def balance(frame: Frame) -> Balance:
     j receives +F, i receives -F; the moments about the centres are -R_i T - m on i and -R_j T + m on j (lever arms R as
     in G07 eq. 9, m the rolling moment of i on j).
     """
-    table, n, radius = frame.contacts, frame.grains, frame.diameter / 2
+    table, n, radius = frame.interactions, frame.grains, frame.diameter / 2
 
     def net(on_i: Floats, on_j: Floats) -> Floats:
         sums: Floats = np.bincount(table.i, weights=on_i, minlength=n).astype(np.float64)

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from workflow.data.frame import Contacts, Floats, Frame, Ints
+from workflow.data.frame import Floats, Frame, Interactions, Ints
 from workflow.errors import InputError
 
-PAIR_FIELDS = tuple(field.name for field in fields(Contacts))
+PAIR_FIELDS = tuple(field.name for field in fields(Interactions))
 NORMAL = "normal"  # a normal force that is not split into its parts
-WITHOUT_NUMBERS = {"elastic": 0.0, "viscous": 0.0, "attraction": 0.0, "tangential": 0.0, "moment": 0.0, "stretch": 0.0,
-                   "rotation": 0.0, "sliding": False, "rolling": False}  # fmt: skip
+WITHOUT_NUMBERS = {"elastic": 0.0, "viscous": 0.0, "attraction": 0.0, "tangential": 0.0, "moment": 0.0, "xi_t": 0.0,
+                   "xi_r": 0.0, "sliding": False, "rolling": False}  # fmt: skip
 
 
 def make_frame(
@@ -32,9 +32,9 @@ def make_frame(
     """Frame from arrays; only what is known need be given.
 
     ``position`` (N, 2) or (N, 3) (the third column is ignored), ``diameter`` (N,) or one number, ``cell`` (2,) lengths
-    of the periodic cell, ``origin`` (2,) its lower corner, ``periodic`` of the axes x, y.  ``pairs``: columns of `Contacts`,
-    at least ``i`` and ``j``
-    (0-based rows of the grains); None: the discs that touch (`touching_pairs`), without forces.  ``branch`` defaults to
+    of the periodic cell, ``origin`` (2,) its lower corner, ``periodic`` of the axes x, y.  ``pairs``: columns of
+    `Interactions`, at least ``i`` and ``j``
+    (0-based rows of the grains); None: the discs that touch (`pairs_in_contact`), without forces.  ``branch`` defaults to
     the vector to the nearest image, ``gap`` to its length less the radii, everything else to 0; ``normal`` may stand for
     the three parts of N (its positive values count as elastic, its negative ones as attraction).  ``grains``: further
     fields of `Frame` (mass defaults to diameter^2, ids to 1 ... N).  Raises InputError.
@@ -52,16 +52,18 @@ def make_frame(
     vectors, scalars = np.zeros((number, 2)), np.zeros(number)
     known: dict[str, Any] = {
         "step": 0, "time": 0.0, "stage": "", "ids": np.arange(1, number + 1), "mass": size**2, "velocity": vectors,
-        "spin": scalars, "force": vectors, "torque": scalars,
+        "omega": scalars, "force": vectors, "torque": scalars,
     }  # fmt: skip
     unknown = set(grains) - set(known)
     if unknown:
         raise InputError(f"'{min(unknown)}' is no field of a frame; known are {', '.join(known)}")
     if pairs is None:
-        i, j = touching_pairs(x, size, lengths, periodic=periodic)
+        i, j = pairs_in_contact(x, size, lengths, periodic=periodic)
         pairs = {"i": i, "j": j}
     table = _contacts(pairs, x, size, np.where(periodic, lengths, np.inf))
-    return Frame(origin=corner, cell=lengths, position=x, diameter=size, contacts=table, periodic=periodic, **known | grains)
+    return Frame(
+        origin=corner, cell=lengths, position=x, diameter=size, interactions=table, periodic=periodic, **known | grains
+    )
 
 
 def _numbers(name: str, values: ArrayLike) -> Floats:
@@ -74,7 +76,7 @@ def _numbers(name: str, values: ArrayLike) -> Floats:
     return array
 
 
-def _contacts(pairs: Mapping[str, ArrayLike], position: Floats, diameter: Floats, cell: Floats) -> Contacts:
+def _contacts(pairs: Mapping[str, ArrayLike], position: Floats, diameter: Floats, cell: Floats) -> Interactions:
     unknown, missing = set(pairs) - {*PAIR_FIELDS, NORMAL}, {"i", "j"} - set(pairs)
     if unknown or missing:
         what = f"'{min(unknown)}' is no column" if unknown else f"column '{min(missing)}' is missing"
@@ -92,7 +94,7 @@ def _contacts(pairs: Mapping[str, ArrayLike], position: Floats, diameter: Floats
     gap = values.pop("gap", np.hypot(*branch.T) - (diameter[i] + diameter[j]) / 2)
     columns = {name: values.get(name, np.full(len(i), value)) for name, value in WITHOUT_NUMBERS.items()}
     columns |= {name: columns[name] != 0 for name in ("sliding", "rolling")}
-    return Contacts(i=i, j=j, branch=branch, gap=gap, **columns)
+    return Interactions(i=i, j=j, branch=branch, gap=gap, **columns)
 
 
 def _rows(name: str, values: Floats, grains: int) -> Ints:
@@ -108,7 +110,7 @@ def nearest(apart: Floats, cell: Floats) -> Floats:
     return np.asarray(apart - np.where(crossed != 0.0, crossed, 0.0) * np.where(np.isinf(cell), 0.0, cell))
 
 
-def touching_pairs(
+def pairs_in_contact(
     position: Floats, diameter: Floats, cell: Floats, reach: float = 0.0, *, periodic: tuple[bool, bool] = (True, True)
 ) -> tuple[Ints, Ints]:
     """Pairs (i, j), i < j, whose gap to the nearest image is below ``reach`` [length]: two arrays (M,), sorted.
@@ -134,7 +136,7 @@ def repeat(frame: Frame, times: tuple[int, int]) -> Frame:
     if min(times) < 1:
         raise InputError(f"times = {times}; give two whole numbers of at least 1")
     first, second = (a.ravel() for a in np.indices(times))
-    copies, table = len(first), frame.contacts
+    copies, table = len(first), frame.interactions
     # contact k of copy (a, b) ends in the copy that its branch leads to
     place = (frame.position - frame.origin) / frame.cell
     crossed = np.round(table.branch / frame.cell - (place[table.j] - place[table.i])).astype(np.int64)
@@ -147,7 +149,7 @@ def repeat(frame: Frame, times: tuple[int, int]) -> Frame:
     contacts["i"] = (table.i + frame.grains * np.arange(copies)[:, None]).ravel()
     contacts["j"] = (table.j + frame.grains * to).ravel()
     shift = np.column_stack((first, second)) * frame.cell
-    grains = {name: tiled(getattr(frame, name)) for name in ("diameter", "mass", "velocity", "spin", "force", "torque")}
+    grains = {name: tiled(getattr(frame, name)) for name in ("diameter", "mass", "velocity", "omega", "force", "torque")}
     position = (frame.position[None] + shift[:, None]).reshape(-1, 2)
     ids = np.arange(1, copies * frame.grains + 1)
-    return replace(frame, cell=frame.cell * times, position=position, ids=ids, contacts=Contacts(**contacts), **grains)
+    return replace(frame, cell=frame.cell * times, position=position, ids=ids, interactions=Interactions(**contacts), **grains)

@@ -52,7 +52,7 @@ def writable_folder(path: Path) -> Path:
 
 
 @contextmanager
-def replacing(path: PathLike) -> Iterator[Path]:
+def atomic_write(path: PathLike) -> Iterator[Path]:
     """A temporary name beside ``path`` to write to; synced and renamed on success, removed on failure.
 
     What a process of this machine left that was killed while it wrote the same file is removed first.  Raises ArchiveError

@@ -32,14 +32,14 @@ def plain_rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
 
 
 @dataclass(frozen=True)
-class Contacts:
+class Interactions:
     """Interactions of one frame, one row each: contacts (gap < 0) and distant pairs (0 <= gap <= D0, or a contact that opened
     in the last step and is still due a viscous force).
 
     ``i``, ``j``: 0-based rows of the grain arrays, each pair once.  ``branch`` (M, 2): vector from the centre of i to the
     centre of (the nearest image of) j.  ``gap``: h = |branch| - (d_i + d_j)/2.  ``elastic`` N_e = -K_N h >= 0,
     ``viscous`` N_v = -eta v_n, ``attraction`` N_a <= 0; ``tangential`` T; ``moment`` rolling moment of i on j;
-    ``stretch`` elastic tangential displacement du, ``rotation`` elastic relative rotation dtheta; ``sliding`` and
+    ``xi_t`` elastic tangential displacement du, ``xi_r`` elastic relative rotation dtheta; ``sliding`` and
     ``rolling``: the Coulomb, respectively rolling, limit is reached.
     """
 
@@ -52,8 +52,8 @@ class Contacts:
     attraction: Floats
     tangential: Floats
     moment: Floats
-    stretch: Floats
-    rotation: Floats
+    xi_t: Floats
+    xi_r: Floats
     sliding: Bools
     rolling: Bools
 
@@ -92,13 +92,13 @@ class Contacts:
         return self.normal_force[:, None] * n + self.tangential[:, None] * t
 
     @property
-    def touching(self) -> Bools:
+    def in_contact(self) -> Bools:
         """True for contacts (gap < 0), False for distant pairs."""
         return self.gap < 0.0
 
-    def select(self, rows: NDArray) -> Contacts:
+    def select(self, rows: NDArray) -> Interactions:
         """The interactions of ``rows`` (a mask or indices) as a new table."""
-        return Contacts(*(getattr(self, f.name)[rows] for f in fields(self)))
+        return Interactions(*(getattr(self, f.name)[rows] for f in fields(self)))
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Frame:
     """One instant: grains (sorted by id) in a rectangular periodic cell, with their interactions.
 
     ``cell`` (2,): lengths L1, L2.  ``origin`` (2,): lower corner.  Per grain: ``ids`` (N,) int64, ``diameter``, ``mass`` (N,),
-    ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``spin`` (N,),
+    ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``omega`` (N,),
     ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.  ``periodic``: of the axes x, y.  ``lacks``: what the
     source does not give, see `without`.  ``notes``: what is to be said of the source with every number.
     """
@@ -121,10 +121,10 @@ class Frame:
     mass: Floats
     position: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
     force: Floats
     torque: Floats
-    contacts: Contacts
+    interactions: Interactions
     periodic: tuple[bool, bool] = (True, True)
     lacks: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
@@ -148,10 +148,10 @@ class Frame:
     def select(self, kept: Bools) -> Frame:
         """The grains of ``kept`` (N,) and the interactions between them, in the same cell."""
         row = np.cumsum(kept) - 1
-        table = self.contacts.select(kept[self.contacts.i] & kept[self.contacts.j])
+        table = self.interactions.select(kept[self.interactions.i] & kept[self.interactions.j])
         table = replace(table, i=row[table.i], j=row[table.j])
-        names = ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")
-        return replace(self, contacts=table, **{name: getattr(self, name)[kept] for name in names})
+        names = ("ids", "diameter", "mass", "position", "velocity", "omega", "force", "torque")
+        return replace(self, interactions=table, **{name: getattr(self, name)[kept] for name in names})
 
 
 @dataclass(frozen=True)
@@ -165,10 +165,10 @@ class Tracks:
 
 # what a source may lack, in words; "normal" stands for the three parts of N
 QUANTITIES = {
-    "time": "the time", "diameter": "diameters", "mass": "masses", "velocity": "velocities", "spin": "angular velocities",
+    "time": "the time", "diameter": "diameters", "mass": "masses", "velocity": "velocities", "omega": "angular velocities",
     "force": "the sums of the forces on the grains", "torque": "the sums of the moments on the grains", "gap": "gaps",
     "normal": "normal forces", "tangential": "tangential forces", "moment": "rolling moments",
-    "stretch": "elastic displacements", "rotation": "elastic rotations", "sliding": "which contacts slide",
+    "xi_t": "elastic displacements", "xi_r": "elastic rotations", "sliding": "which contacts slide",
     "rolling": "which contacts roll",
 }  # fmt: skip
 
@@ -184,18 +184,18 @@ def without(frame: Frame, names: Iterable[str]) -> Frame:
     lacks = frozenset(names)
     absent = _fields(lacks)
 
-    def unknown(owner: Frame | Contacts, names: Iterable[str]) -> dict[str, Any]:
+    def unknown(owner: Frame | Interactions, names: Iterable[str]) -> dict[str, Any]:
         return {name: np.full_like(getattr(owner, name), np.nan) for name in names if name in absent}
 
-    table = replace(frame.contacts, **unknown(frame.contacts, ("gap", *PARTS, "tangential", "moment", "stretch", "rotation")))
-    grains = unknown(frame, ("diameter", "mass", "velocity", "spin", "force", "torque"))
-    return replace(frame, contacts=table, lacks=frame.lacks | lacks, **grains)
+    table = replace(frame.interactions, **unknown(frame.interactions, ("gap", *PARTS, "tangential", "moment", "xi_t", "xi_r")))
+    grains = unknown(frame, ("diameter", "mass", "velocity", "omega", "force", "torque"))
+    return replace(frame, interactions=table, lacks=frame.lacks | lacks, **grains)
 
 
 DAMAGED = "the file is damaged, or no packing: restore it or run again"
 
 
-def sound(frame: Frame, where: str, remedy: str = DAMAGED) -> Frame:
+def validate_frame(frame: Frame, where: str, remedy: str = DAMAGED) -> Frame:
     """``frame`` itself, if every number in it can be one of a packing.
 
     Finite numbers below LARGEST; cell lengths, diameters and masses above 0; ids above 0 and increasing; pairs of two
@@ -208,16 +208,16 @@ def sound(frame: Frame, where: str, remedy: str = DAMAGED) -> Frame:
             raise ArchiveError(f"{where}: {what}; {remedy}")
 
     count, unknown = frame.grains, _fields(frame.lacks)
-    for owner, name in [(frame, f.name) for f in fields(Frame)] + [(frame.contacts, f.name) for f in fields(Contacts)]:
+    for owner, name in [(frame, f.name) for f in fields(Frame)] + [(frame.interactions, f.name) for f in fields(Interactions)]:
         value = getattr(owner, name)
         if name not in unknown and isinstance(value, (float, np.ndarray)) and np.asarray(value).dtype.kind == "f":
             demand(np.abs(value) < LARGEST, f"{name} holds a value that is not finite")
-    for name in ("diameter", "mass", "position", "velocity", "spin", "force", "torque"):
+    for name in ("diameter", "mass", "position", "velocity", "omega", "force", "torque"):
         demand(len(getattr(frame, name)) == count, f"{name} has not one value per grain")
     for name in {"cell", "diameter", "mass"} - unknown:
         demand(getattr(frame, name) > 0.0, f"{name} is not above 0")
     demand(frame.ids[:1] > 0, "grain ids are not above 0")
     demand(np.diff(frame.ids) > 0, "grain ids do not increase")
-    demand(frame.contacts.i != frame.contacts.j, "a grain touches itself")
-    demand(frame.contacts.distance > 0.0, "two grains in contact have one centre")
+    demand(frame.interactions.i != frame.interactions.j, "a grain touches itself")
+    demand(frame.interactions.distance > 0.0, "two grains in contact have one centre")
     return frame

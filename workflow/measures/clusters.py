@@ -21,7 +21,7 @@ class Aggregates:
 
     ``clusters``: topology (a lone grain is an aggregate of one).  ``mass`` (n,).  ``centre`` (n, 2): centre of mass,
     in the cell.  ``gyration`` (n,): radius of gyration of the centres, sqrt(sum m |x - centre|^2 / mass) [length].
-    Centre and gyration are NaN where the aggregate winds around the cell: it then has no inside.
+    Centre and gyration are NaN where the aggregate wraps around the cell: it then has no inside.
     """
 
     clusters: Clusters
@@ -50,7 +50,7 @@ def aggregates(frame: Frame) -> Aggregates:
     centre = np.column_stack([total(frame.mass * unwrapped[:, a]) / mass for a in (0, 1)])
     arm = ((unwrapped - centre[clusters.label]) ** 2).sum(axis=1)
     gyration = np.sqrt(total(frame.mass * arm) / mass)
-    endless = clusters.winds.any(axis=1)
+    endless = clusters.wraps.any(axis=1)
     centre[endless], gyration[endless] = np.nan, np.nan
     return Aggregates(clusters, mass, frame.origin + centre % frame.cell, gyration)
 
@@ -62,8 +62,8 @@ def local_coordination(frame: Frame, *, least: int, tolerance: float | None = No
     ``least`` interactions are removed, again and again until none is left to remove.  Cohesionless packings: least =
     2 and the force tolerance; cohesive ones: least = 1 and None (an unstressed contact still holds).
     """
-    carrying = np.ones(len(frame.contacts), bool) if tolerance is None else force_magnitude(frame) > tolerance
-    i, j = frame.contacts.i[carrying], frame.contacts.j[carrying]
+    carrying = np.ones(len(frame.interactions), bool) if tolerance is None else force_magnitude(frame) > tolerance
+    i, j = frame.interactions.i[carrying], frame.interactions.j[carrying]
     while True:
         number = np.bincount(i, minlength=frame.grains) + np.bincount(j, minlength=frame.grains)
         kept = (number[i] >= least) & (number[j] >= least)
@@ -78,7 +78,7 @@ def bridges(frame: Frame) -> Bools:
     Every interaction outside a spanning forest closes a loop and gets a random number of 63 bits; one of the forest is in a
     loop unless the numbers of those that leave the branch behind it cancel, none being there.
     """
-    i, j, count = frame.contacts.i, frame.contacts.j, frame.grains
+    i, j, count = frame.interactions.i, frame.interactions.j, frame.grains
     network = csr_array((np.ones(len(i)), (i, j)), shape=(count + 1, count + 1))
     _, label = connected_components(network, directed=False)
     first = np.unique(label, return_index=True)[1][:-1]  # a grain of each part; the root, of no grain, joins them

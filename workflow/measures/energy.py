@@ -56,12 +56,12 @@ def adhesion(gap: Floats, law: ContactLaw) -> Floats:
 
 def energies(frame: Frame, law: ContactLaw) -> Energies:
     """Energies of ``frame``, whose contacts obey ``law``; the velocity is the one relative to the affine motion of the cell."""
-    table, m = frame.contacts, frame.mass
+    table, m = frame.interactions, frame.mass
     return Energies(
         translation=float((m * (frame.velocity**2).sum(axis=1)).sum() / 2),
-        rotation=float((m * (frame.diameter * frame.spin) ** 2).sum() / 16),
+        rotation=float((m * (frame.diameter * frame.omega) ** 2).sum() / 16),
         normal=float((table.elastic**2).sum() / (2 * law.kn)),
-        tangential=float(law.kt * (table.stretch**2).sum() / 2),
-        rolling=float(law.kr * (table.rotation**2).sum() / 2),
+        tangential=float(law.kt * (table.xi_t**2).sum() / 2),
+        rolling=float(law.kr * (table.xi_r**2).sum() / 2),
         adhesion=float(adhesion(table.gap, law).sum()),
     )

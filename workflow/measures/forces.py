@@ -55,11 +55,11 @@ class Populations:
 
 
 @dataclass(frozen=True)
-class ForceCloud:
+class NTScatter:
     """The N-T plane of G07 figs. 14 and 17, forces in units of F0.
 
     ``normal_edges`` (B + 1,), ``tangential_edges`` (C + 1,), ``density`` (B, C).  ``cone`` (3, 2): the Coulomb limit
-    |T| = mu (N + f0) as a polyline (N, T), tip at N = -f0 (f0 = 1, or 0 without cohesion); ``cross`` (2, 2, 2): the two
+    |T| = mu (N + f0) as a polyline (N, T), tip at N = -f0 (f0 = 1, or 0 without cohesion); ``sqrt3_lines`` (2, 2, 2): the two
     lines T = +-sqrt(3) N by their end points (N, T).
     """
 
@@ -67,7 +67,7 @@ class ForceCloud:
     tangential_edges: Floats
     density: Floats
     cone: Floats
-    cross: Floats
+    sqrt3_lines: Floats
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,17 @@ def normal_force_distribution(frame: Frame, edges: Floats, *, unit: float | None
     that is the mean force, with cohesion at low pressure it is close to F0 (the mean of N itself is then near zero).
     """
     if unit is None:
-        unit = float(frame.contacts.elastic[frame.contacts.touching].mean()) if frame.contacts.touching.any() else 0.0
-    return _histogram(frame.contacts.normal_force / _positive("unit", unit), edges)
+        unit = (
+            float(frame.interactions.elastic[frame.interactions.in_contact].mean())
+            if frame.interactions.in_contact.any()
+            else 0.0
+        )
+    return _histogram(frame.interactions.normal_force / _positive("unit", unit), edges)
 
 
 def force_populations(frame: Frame, *, unit: float, tolerance: float = 1e-4, strong: float = 0.1) -> Populations:
     """Populations of table VI; ``unit`` [force] is F0, ``tolerance`` and ``strong`` are in units of it."""
-    normal = frame.contacts.normal_force / _positive("unit", unit)
+    normal = frame.interactions.normal_force / _positive("unit", unit)
     magnitude = force_magnitude(frame) / unit
 
     def population(rows: Bools) -> Population:
@@ -123,19 +127,19 @@ def force_populations(frame: Frame, *, unit: float, tolerance: float = 1e-4, str
     )
 
 
-def force_cloud(
+def nt_scatter(
     frame: Frame, normal_edges: Floats, tangential_edges: Floats, *, unit: float, friction: float, cohesive: bool = True
-) -> ForceCloud:
+) -> NTScatter:
     """Density of the interactions in the plane (N, T)/unit, Coulomb cone of ``friction`` = mu (figs. 14, 17)."""
-    scale, rows = _positive("unit", unit), len(frame.contacts)
+    scale, rows = _positive("unit", unit), len(frame.interactions)
     x, y = np.asarray(normal_edges, dtype=np.float64), np.asarray(tangential_edges, dtype=np.float64)
-    counts = np.histogram2d(frame.contacts.normal_force / scale, frame.contacts.tangential / scale, (x, y))[0]
+    counts = np.histogram2d(frame.interactions.normal_force / scale, frame.interactions.tangential / scale, (x, y))[0]
     density = counts / (max(rows, 1) * np.outer(np.diff(x), np.diff(y)))
     tip = -1.0 if cohesive else 0.0
     limit = friction * (x[-1] - tip)
     cone = np.array([[x[-1], limit], [tip, 0.0], [x[-1], -limit]])
     cross = np.array([[[x[0], s * x[0]], [x[-1], s * x[-1]]] for s in (np.sqrt(3.0), -np.sqrt(3.0))])
-    return ForceCloud(x, y, density, cone, cross)
+    return NTScatter(x, y, density, cone, cross)
 
 
 def force_angles(frame: Frame, edges: Floats, *, tolerance: float) -> Histogram:
@@ -144,13 +148,13 @@ def force_angles(frame: Frame, edges: Floats, *, tolerance: float) -> Histogram:
     0: repulsive, 180: tensile, both with T = 0.  Interactions with ||F|| <= ``tolerance`` [force] have no direction
     and are left out.
     """
-    contacts, rows = frame.contacts, force_magnitude(frame) > tolerance
+    contacts, rows = frame.interactions, force_magnitude(frame) > tolerance
     return _histogram(np.degrees(np.arctan2(np.abs(contacts.tangential), contacts.normal_force))[rows], edges)
 
 
 def triangles(frame: Frame) -> Triangles:
     """All triples of mutually interacting discs with the force ratio that eq. 20 predicts on each of them."""
-    contacts, size = frame.contacts, frame.grains
+    contacts, size = frame.interactions, frame.grains
     low, high = np.minimum(contacts.i, contacts.j), np.maximum(contacts.i, contacts.j)
     offset = image_offsets(frame) * np.where(contacts.i < contacts.j, 1, -1)[:, None]
     order = np.lexsort((high, low))
@@ -170,7 +174,7 @@ def triangles(frame: Frame) -> Triangles:
 def corners(frame: Frame, *, tolerance: float) -> Corners:
     """Corners of `triangles` at which the two forces of the triangle, ||F|| > ``tolerance`` [force], are all that the disc
     feels, so that they balance along the line through its two contacts (G07 sec. IV B 3)."""
-    found, size, table = triangles(frame), force_magnitude(frame), frame.contacts
+    found, size, table = triangles(frame), force_magnitude(frame), frame.interactions
     strong = size > tolerance
     number = np.bincount(np.concatenate((table.i[strong], table.j[strong])), minlength=frame.grains)
     pair = np.minimum(table.i, table.j) * frame.grains + np.maximum(table.i, table.j)
@@ -190,7 +194,7 @@ def corners(frame: Frame, *, tolerance: float) -> Corners:
 
 def fabric(frame: Frame, rows: NDArray | None = None) -> Floats:
     """Fabric tensor <n_a n_b> over the interactions in ``rows`` (None: all), (2, 2), trace 1; zeros without any."""
-    normal = frame.contacts.normal if rows is None else frame.contacts.select(rows).normal
+    normal = frame.interactions.normal if rows is None else frame.interactions.select(rows).normal
     return normal.T @ normal / max(len(normal), 1)
 
 

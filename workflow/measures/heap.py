@@ -43,7 +43,7 @@ class Surface:
 def in_heap(frame: Frame, ground: Ground) -> Bools:
     """Poured grains that a chain of interactions ties to the base, (N,); grains in flight are not."""
     fixed = frame.ids <= ground.base
-    i, j = frame.contacts.i, frame.contacts.j
+    i, j = frame.interactions.i, frame.interactions.j
     # all base discs as one node: the last
     node = np.where(fixed, frame.grains, np.arange(frame.grains))
     links = coo_array((np.ones(len(i)), (node[i], node[j])), shape=(frame.grains + 1,) * 2)
@@ -97,7 +97,7 @@ def _slope(x: Floats, height: Floats, top: float) -> tuple[float, float] | None:
 
 def base_forces(frame: Frame, ground: Ground) -> tuple[Floats, Floats]:
     """x (B,) and downward force (B,) on each base disc from its contacts."""
-    table, force = frame.contacts, frame.contacts.force
+    table, force = frame.interactions, frame.interactions.force
     down = np.zeros(frame.grains)
     np.add.at(down, table.j, -force[:, 1])
     np.add.at(down, table.i, force[:, 1])
@@ -190,7 +190,7 @@ def fields(frame: Frame, ground: Ground, width: float = 1.5, spacing: float = 0.
     # the kernel's own weight inside the heap, so that the rim is not taken for void
     covered = np.asarray(_kernel(grid, grid[inside], width).sum(axis=1)).ravel() * spacing**2
     voidage = 1.0 - kernel @ area / np.maximum(covered, 1e-12)
-    table = frame.contacts
+    table = frame.interactions
     middle = frame.position[table.i] + 0.5 * table.branch - [ground.middle, ground.level]
     product = table.force[:, :, None] * table.branch[:, None, :]
     stress = (_kernel(grid, middle, width) @ product.reshape(-1, 4)) / np.maximum(covered, 1e-12)[:, None]
@@ -321,6 +321,6 @@ def measure(frame: Frame, ground: Ground, tracks: Tracks | None) -> dict[str, An
         },
         "solid_fraction": None if grid is None else float(1.0 - np.nanmean(grid.voidage)),
         "defects": defects(frame, ground),
-        "closest_pair": float((frame.contacts.gap).min(initial=0.0)),
+        "closest_pair": float((frame.interactions.gap).min(initial=0.0)),
         "avalanches": [vars(event) for event in avalanches(tracks, ground)] if tracks is not None else None,
     }  # fmt: skip

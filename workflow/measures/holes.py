@@ -24,20 +24,20 @@ from workflow.measures.percolation import components
 
 @dataclass(frozen=True)
 class Holes:
-    """Holes, largest area first: ``area`` (n,), ``radius`` (n,) R_H [length], ``winds`` (n, 2) around axis 1, axis 2.
+    """Holes, largest area first: ``area`` (n,), ``radius`` (n,) R_H [length], ``wraps`` (n, 2) around axis 1, axis 2.
 
     R_H is the radius of the disc with the same radius of gyration (eq. 29), R_H = sqrt(2 <|r - r_c|^2>); NaN for a
-    hole that winds around the cell, which has no centre.
+    hole that wraps around the cell, which has no centre.
     """
 
     area: Floats
     radius: Floats
-    winds: Bools
+    wraps: Bools
 
     @property
     def weighted_radius(self) -> float | None:
         """<R>_w = sum area R_H / sum area (eq. 30); None when a hole percolates (winds) or there is none."""
-        if len(self.area) == 0 or self.winds.any():
+        if len(self.area) == 0 or self.wraps.any():
             return None
         return float(np.average(self.radius, weights=self.area))
 
@@ -89,7 +89,7 @@ def hole_triangles(frame: Frame) -> tuple[Holes, Floats, Ints]:
     parts = components(len(mesh.grain), i, j, offset)
     corners = mesh.point + (parts.image * frame.cell)[:, None, :]
     moments = _void_moments(corners, 0.5 * frame.diameter[mesh.grain], mesh.closed)
-    found, rank = _collect(parts.label, parts.winds, *moments, smallest=1e-12 * frame.area / frame.grains)
+    found, rank = _collect(parts.label, parts.wraps, *moments, smallest=1e-12 * frame.area / frame.grains)
     return found, frame.origin + mesh.point, rank[parts.label]
 
 
@@ -112,25 +112,25 @@ def grid_holes(frame: Frame, *, spacing: float) -> Holes:
     second = length * ((centre**2).sum(axis=1) + within)
     pixel = step.prod()
     return _collect(
-        parts.label[part], parts.winds, length * pixel, centre * (length * pixel)[:, None], second * pixel, smallest=0.0
+        parts.label[part], parts.wraps, length * pixel, centre * (length * pixel)[:, None], second * pixel, smallest=0.0
     )[0]
 
 
-def _collect(label: Ints, winds: Bools, area: Floats, first: Floats, second: Floats, smallest: float) -> tuple[Holes, Ints]:
+def _collect(label: Ints, wraps: Bools, area: Floats, first: Floats, second: Floats, smallest: float) -> tuple[Holes, Ints]:
     """Sum the moments of the pieces of each hole; pieces of rounding size are no holes.  Also the rank of each label."""
-    count = len(winds)
+    count = len(wraps)
     total: Floats = np.bincount(label, area, minlength=count).astype(np.float64)
     moment = np.column_stack([np.bincount(label, first[:, a], minlength=count) for a in (0, 1)])
     square = np.bincount(label, second, minlength=count)
     kept = total > smallest
-    total, moment, square, winds = total[kept], moment[kept], square[kept], winds[kept]
+    total, moment, square, wraps = total[kept], moment[kept], square[kept], wraps[kept]
     gyration = square / total - ((moment / total[:, None]) ** 2).sum(axis=1)
     radius = np.sqrt(2.0 * np.maximum(gyration, 0.0))
-    radius[winds.any(axis=1)] = np.nan
+    radius[wraps.any(axis=1)] = np.nan
     order = np.lexsort((radius, -total))
     rank = np.full(count, -1, dtype=np.int64)
     rank[np.flatnonzero(kept)[order]] = np.arange(len(order))
-    return Holes(total[order], radius[order], winds[order]), rank
+    return Holes(total[order], radius[order], wraps[order]), rank
 
 
 def _void_moments(p: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats, Floats]:
@@ -261,7 +261,7 @@ def _edge_keys(grains: int, grain: Ints, image: Ints) -> tuple[Ints, Ints]:
 
 def _contact_keys(frame: Frame, position: Floats) -> Ints:
     """Keys of the touching pairs."""
-    c = frame.contacts.select(frame.contacts.touching)
+    c = frame.interactions.select(frame.interactions.in_contact)
     crossed = np.rint((c.branch - (position[c.j] - position[c.i])) / frame.cell).astype(np.int64)
     ends = np.column_stack((c.i, c.j))
     cells = np.stack((np.zeros_like(crossed), crossed), axis=1)

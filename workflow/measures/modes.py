@@ -114,7 +114,7 @@ def mobility(frame: Frame, *, friction: bool = True, rolling: bool = False) -> M
 def without_loose(frame: Frame) -> Frame:
     """``frame`` without the grains that interact with none: their free motions say nothing about the network."""
     held = np.zeros(frame.grains, dtype=bool)
-    held[frame.contacts.i] = held[frame.contacts.j] = True
+    held[frame.interactions.i] = held[frame.interactions.j] = True
     return frame.select(held)
 
 
@@ -125,8 +125,8 @@ def self_stress(frame: Frame, *, friction: bool = True, rolling: bool = False, f
     forces = factorise_forces(frame, book, matrix)
     basis = coo_array(_without_stress(forces.null_space(), cell_coupling(forces, matrix, book)))
     owners = row_owners(frame, book)
-    kinds = np.repeat(range(3), [len(frame.contacts), book.contacts * book.friction, book.contacts * book.rolling])
-    shape, parts = (basis.shape[1], len(frame.contacts)), []
+    kinds = np.repeat(range(3), [len(frame.interactions), book.contacts * book.friction, book.contacts * book.rolling])
+    shape, parts = (basis.shape[1], len(frame.interactions)), []
     for kind in range(3):
         here = kinds[basis.row] == kind
         parts.append(csr_array((basis.data[here], (basis.col[here], owners[basis.row[here]])), shape=shape))
@@ -174,6 +174,6 @@ def _clusters(frame: Frame, carrying: Ints) -> Ints:
     incidence = incidence_matrix(frame)[carrying]
     count, label = connected_components(incidence @ incidence.T, directed=False)
     by_size = np.argsort(-np.bincount(label, minlength=count), kind="stable")
-    clusters = np.full(len(frame.contacts), -1, dtype=np.int64)
+    clusters = np.full(len(frame.interactions), -1, dtype=np.int64)
     clusters[carrying] = np.argsort(by_size)[label]
     return clusters

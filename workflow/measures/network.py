@@ -67,14 +67,14 @@ def degrees(frame: Frame, *, friction: bool, rolling: bool = False, free_cell: b
         raise InputError("rolling: True with friction False; rolling resistance needs rotations, set friction to True")
     if not frame.grains:
         raise InputError("frame: 0 grains; rigidity needs at least one, choose another frame")
-    touching = int(np.count_nonzero(frame.contacts.touching))
-    return Degrees(frame.grains, touching, len(frame.contacts) - touching, friction, rolling, free_cell)
+    in_contact = int(np.count_nonzero(frame.interactions.in_contact))
+    return Degrees(frame.grains, in_contact, len(frame.interactions) - in_contact, friction, rolling, free_cell)
 
 
 def row_owners(frame: Frame, book: Degrees) -> Ints:
     """Interaction of every row of G, (M,) int64: all normal rows, then the contacts' tangential and rolling rows."""
-    touching = np.flatnonzero(frame.contacts.touching)
-    return np.concatenate([np.arange(len(frame.contacts)), *[touching] * (book.per_contact - 1)])
+    in_contact = np.flatnonzero(frame.interactions.in_contact)
+    return np.concatenate([np.arange(len(frame.interactions)), *[in_contact] * (book.per_contact - 1)])
 
 
 def closed_branches(frame: Frame) -> Floats:
@@ -83,7 +83,7 @@ def closed_branches(frame: Frame) -> Floats:
     Branches stored with fewer digits would not, and a rounding of 1e-8 is enough to keep a free cluster from rotating.
     Raises InputError if two interacting grains have the same centre.
     """
-    pairs = frame.contacts
+    pairs = frame.interactions
     straight = frame.position[pairs.j] - frame.position[pairs.i]
     branches = straight + frame.cell * np.round((pairs.branch - straight) / frame.cell)
     lost = np.flatnonzero(~(np.abs(branches).max(axis=1, initial=0.0) > 0.0))
@@ -100,24 +100,24 @@ def rigidity_matrix(frame: Frame, book: Degrees, length: float = 1.0) -> csr_arr
     (contacts, with friction); rolling row theta_i - theta_j (contacts, with rolling resistance).  Order of rows:
     ``row_owners``.
     """
-    pairs, branch = frame.contacts, closed_branches(frame) / length
+    pairs, branch = frame.interactions, closed_branches(frame) / length
     distance = np.hypot(branch[:, 0], branch[:, 1])
     n = branch / distance[:, None]
     t = np.column_stack((-n[:, 1], n[:, 0]))
     blocks = [_rows(frame, book, np.arange(len(n)), n, branch)]
-    touching = np.flatnonzero(pairs.touching)
+    in_contact = np.flatnonzero(pairs.in_contact)
     if book.friction:
         arms = frame.diameter[np.column_stack((pairs.i, pairs.j))]
         arms *= (distance / arms.sum(axis=1))[:, None]
-        blocks.append(_rows(frame, book, touching, t, branch, arms))
+        blocks.append(_rows(frame, book, in_contact, t, branch, arms))
     if book.rolling:
-        blocks.append(_rows(frame, book, touching, np.zeros_like(t), branch, np.tile([1.0, -1.0], (len(t), 1))))
+        blocks.append(_rows(frame, book, in_contact, np.zeros_like(t), branch, np.tile([1.0, -1.0], (len(t), 1))))
     return csr_array(vstack(blocks))
 
 
 def _rows(frame: Frame, book: Degrees, chosen: Ints, axis: Floats, branch: Floats, spins: Floats | None = None) -> csr_array:
     """One row per chosen interaction: axis.(u_i - u_j + eps.branch) + spins.(theta_i, theta_j)."""
-    first, second = book.per_grain * frame.contacts.i[chosen], book.per_grain * frame.contacts.j[chosen]
+    first, second = book.per_grain * frame.interactions.i[chosen], book.per_grain * frame.interactions.j[chosen]
     columns, values = [first, first + 1, second, second + 1], [*axis[chosen].T, *-axis[chosen].T]
     if spins is not None:
         columns += [first + 2, second + 2]
@@ -144,5 +144,5 @@ def stiffness_matrix(frame: Frame, book: Degrees, law: ContactLaw, length: float
             raise InputError(f"law: '{name}' is 0 but the network resists that motion; give a positive stiffness")
     matrix = rigidity_matrix(frame, book, length)
     kinds = np.repeat([law.kt, law.kr / length**2], [book.contacts * book.friction, book.contacts * book.rolling])
-    normal = np.where(frame.contacts.touching, law.kn, law.tail_stiffness)
+    normal = np.where(frame.interactions.in_contact, law.kn, law.tail_stiffness)
     return csc_array(matrix.T @ diags_array(np.concatenate((normal, kinds))) @ matrix)

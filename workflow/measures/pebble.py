@@ -53,8 +53,8 @@ def rigid_clusters(frame: Frame, *, rolling: bool = False) -> RigidClusters:
     """
     if not frame.grains:
         raise InputError("frame: 0 grains; rigid clusters need at least one, choose another frame")
-    pairs = frame.contacts
-    bars = 1 + (pairs.touching & ~pairs.sliding) + (rolling & pairs.touching & ~pairs.rolling)
+    pairs = frame.interactions
+    bars = 1 + (pairs.in_contact & ~pairs.sliding) + (rolling & pairs.in_contact & ~pairs.rolling)
     game = _Game(frame.grains)
     over = np.zeros(frame.grains, dtype=np.int64)
     for first, second, count in plain_rows(pairs.i, pairs.j, bars):

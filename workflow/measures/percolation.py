@@ -1,6 +1,6 @@
 """Connected parts of the interaction network in the periodic cell, and the force at which it percolates.
 
-In a periodic cell "percolates" means *winds*: the network holds a closed path whose image offsets do not cancel, so
+In a periodic cell "percolates" means *wraps*: the network holds a closed path whose image offsets do not cancel, so
 that its periodic repetition reaches infinity.  A path that merely spans the cell does not count.
 """
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from workflow.data.frame import Bools, Contacts, Floats, Frame, Ints
+from workflow.data.frame import Bools, Floats, Frame, Interactions, Ints
 from workflow.errors import InputError
 
 
@@ -23,12 +23,12 @@ class Components:
     """Connected components of a graph in a periodic cell.
 
     ``label`` (V,) int64: component of each node.  ``image`` (V, 2) int64: x + image * cell joins a component in one
-    piece. ``winds`` (n, 2): the component holds a closed path that winds around the cell along axis 1, axis 2.
+    piece. ``wraps`` (n, 2): the component holds a closed path that wraps around the cell along axis 1, axis 2.
     """
 
     label: Ints
     image: Ints
-    winds: Bools
+    wraps: Bools
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Clusters:
 
     ``label`` (N,) int64: cluster of each grain, -1 for grains in none.  Per cluster (n,): ``grains``,
     ``interactions`` and ``loops`` = interactions - grains + 1, the number of independent loops (cycle rank; loops
-    around the cell included); ``winds`` (n, 2): it winds around the cell along axis 1, axis 2.  ``image`` (N, 2): see
+    around the cell included); ``wraps`` (n, 2): it wraps around the cell along axis 1, axis 2.  ``image`` (N, 2): see
     ``Components``.
     """
 
@@ -46,7 +46,7 @@ class Clusters:
     grains: Ints
     interactions: Ints
     loops: Ints
-    winds: Bools
+    wraps: Bools
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class Percolation:
         return max((f for f in self.axis if f is not None), default=None)
 
 
-def image_offsets(frame: Frame, contacts: Contacts | None = None) -> Ints:
+def image_offsets(frame: Frame, contacts: Interactions | None = None) -> Ints:
     """Cells crossed by each interaction, n = [branch - (x_j - x_i)] / L, (M, 2) int64.
 
     Raises InputError where that is not an integer (1e-3 of the cell allowed): the branch and the positions disagree.
     """
-    c = frame.contacts if contacts is None else contacts
+    c = frame.interactions if contacts is None else contacts
     crossed = (c.branch - (frame.position[c.j] - frame.position[c.i])) / frame.cell
     offsets = np.rint(crossed)
     error = np.abs(crossed - offsets).max(axis=1, initial=0.0)
@@ -93,17 +93,17 @@ def components(nodes: int, i: Ints, j: Ints, offset: Ints) -> Components:
     parent = breadth_first_order(tree, root, directed=False)[1].astype(np.int64)
     parent[root] = root
     image = _sum_to_root(parent, _tree_steps(parent, nodes, i, j, offset))[:nodes]
-    winds = np.zeros((count, 2), dtype=bool)
+    wraps = np.zeros((count, 2), dtype=bool)
     open_rows, axes = np.nonzero(image[i] + offset - image[j])
-    winds[label[i[open_rows]], axes] = True
-    return Components(label.astype(np.int64), image, winds)
+    wraps[label[i[open_rows]], axes] = True
+    return Components(label.astype(np.int64), image, wraps)
 
 
 def network_clusters(frame: Frame, rows: NDArray | None = None, *, singles: bool = False) -> Clusters:
     """Clusters of the interactions in ``rows`` (mask or indices; None: all); ``singles`` keeps grains without any."""
-    contacts = frame.contacts if rows is None else frame.contacts.select(rows)
+    contacts = frame.interactions if rows is None else frame.interactions.select(rows)
     parts = components(frame.grains, contacts.i, contacts.j, image_offsets(frame, contacts))
-    count = len(parts.winds)
+    count = len(parts.wraps)
     grains = np.bincount(parts.label, minlength=count)
     bonds = np.bincount(parts.label[contacts.i], minlength=count)
     lowest = np.unique(parts.label, return_index=True)[1]
@@ -113,7 +113,7 @@ def network_clusters(frame: Frame, rows: NDArray | None = None, *, singles: bool
     rank = np.full(count, -1)
     rank[order] = np.arange(len(order))
     grains, bonds = grains[order], bonds[order]
-    return Clusters(rank[parts.label], parts.image, grains, bonds, bonds - grains + 1, parts.winds[order])
+    return Clusters(rank[parts.label], parts.image, grains, bonds, bonds - grains + 1, parts.wraps[order])
 
 
 def stressed_clusters(frame: Frame, tolerance: float) -> Clusters:
@@ -123,17 +123,17 @@ def stressed_clusters(frame: Frame, tolerance: float) -> Clusters:
 
 def percolation(frame: Frame) -> Percolation:
     """Percolation threshold of ||F|| = ||N n + T t|| (G07 sec. IV B 1), by bisection over its values."""
-    contacts, offset = frame.contacts, image_offsets(frame)
+    contacts, offset = frame.interactions, image_offsets(frame)
     magnitude = force_magnitude(frame)
     values = np.unique(magnitude)[::-1]
 
-    def winds(rank: int, axis: int) -> bool:
+    def wraps(rank: int, axis: int) -> bool:
         rows = magnitude >= values[rank]
         parts = components(frame.grains, contacts.i[rows], contacts.j[rows], offset[rows])
-        return bool(parts.winds[:, axis].any())
+        return bool(parts.wraps[:, axis].any())
 
     def threshold(axis: int) -> float | None:
-        rank = bisect_left(range(len(values)), True, key=lambda r: winds(r, axis))
+        rank = bisect_left(range(len(values)), True, key=lambda r: wraps(r, axis))
         return float(values[rank]) if rank < len(values) else None
 
     return Percolation((threshold(0), threshold(1)))
@@ -141,7 +141,7 @@ def percolation(frame: Frame) -> Percolation:
 
 def force_magnitude(frame: Frame) -> Floats:
     """||F|| = sqrt(N^2 + T^2) of each interaction [force], (M,)."""
-    return np.hypot(frame.contacts.normal_force, frame.contacts.tangential)
+    return np.hypot(frame.interactions.normal_force, frame.interactions.tangential)
 
 
 def _adjacency(nodes: int, i: Ints, j: Ints) -> coo_array:

@@ -69,7 +69,7 @@ class Settings:
 
     def scale(self, frame: Frame) -> float | None:
         """Unit of the distribution of N: F0; None (the mean) without cohesion, unless nothing presses on anything."""
-        return self.force_unit if self.law.cohesive or not frame.contacts.elastic.any() else None
+        return self.force_unit if self.law.cohesive or not frame.interactions.elastic.any() else None
 
     @property
     def force_edges(self) -> Floats:
@@ -142,7 +142,7 @@ def _census(found: Clusters) -> dict[str, Any]:
     return {
         "number": len(found.grains),
         "largest": int(found.grains[0]) if len(found.grains) else 0,
-        "winds": found.winds[0].tolist() if len(found.grains) else [False, False],
+        "winds": found.wraps[0].tolist() if len(found.grains) else [False, False],
         "sizes": {"grains": size, "number": number},
     }
 
@@ -169,11 +169,11 @@ def slipping(frame: Frame, settings: Settings) -> dict[str, Any]:
     frame.need("H and k with sliding contacts", "sliding", "gap")
     if settings.law.rolling:
         raise InputError("H and k with sliding contacts are not counted where contacts resist rolling")
-    apart = np.where(frame.contacts.sliding & frame.contacts.touching, 0.0, frame.contacts.gap)
-    loose = replace(frame, contacts=replace(frame.contacts, gap=apart))
+    apart = np.where(frame.interactions.sliding & frame.interactions.in_contact, 0.0, frame.interactions.gap)
+    loose = replace(frame, interactions=replace(frame.interactions, gap=apart))
     found = rigidity(loose, law=settings.law, free_cell=True, **settings.resists)
     return {
-        "contacts": int(frame.contacts.sliding.sum()),
+        "contacts": int(frame.interactions.sliding.sum()),
         "hyperstaticity": found.hyperstaticity,
         "floppy_modes": found.floppy_modes,
     }
@@ -189,7 +189,7 @@ def self_stress_group(frame: Frame, settings: Settings) -> dict[str, Any]:
     """Hyperstatic clusters of the network in its fixed cell: parts that could hold self-balanced forces."""
     clusters, states = hyperstatic_clusters(frame, **settings.resists)
     inside = clusters >= 0
-    table = frame.contacts.select(inside)
+    table = frame.interactions.select(inside)
     held = np.unique(np.column_stack((np.tile(clusters[inside], 2), np.concatenate((table.i, table.j)))), axis=0)
     return {
         "states": int(states.sum()), "number": len(states), "hyperstaticity": states,
@@ -298,7 +298,7 @@ def _holes(found: Holes, settings: Settings) -> dict[str, Any]:
     sized = found.radius[~np.isnan(found.radius)]
     return {
         "number": len(found.area), "weighted_radius": found.weighted_radius,
-        "percolates": bool(found.winds.any()), "largest_radius": float(sized.max()) if len(sized) else None,
+        "percolates": bool(found.wraps.any()), "largest_radius": float(sized.max()) if len(sized) else None,
         "area_share_of_largest": float(found.area[0] / found.area.sum()) if len(found.area) else None,
         "distribution": {"edges": edges, "density": found.distribution(edges)},
     }  # fmt: skip

@@ -139,19 +139,19 @@ def grain_order(frame: Frame, book: Degrees) -> tuple[list[Ints], list[int]]:
 def factorise_forces(frame: Frame, book: Degrees, matrix: csr_array) -> Factorisation:
     """Factorised balance of the grains, the rows of G^T without those of the cell (they would join all contacts)."""
     incidence = incidence_matrix(frame)
-    middle = frame.position[frame.contacts.i] + 0.5 * frame.contacts.branch
+    middle = frame.position[frame.interactions.i] + 0.5 * frame.interactions.branch
     blocks, parents = dissect(middle, csr_array(incidence @ incidence.T))
     owners = row_owners(frame, book)
     order = np.argsort(owners, kind="stable")
-    starts = np.searchsorted(owners[order], np.arange(len(frame.contacts) + 1))
+    starts = np.searchsorted(owners[order], np.arange(len(frame.interactions) + 1))
     rows = [np.concatenate([order[:0], *(order[starts[c] : starts[c + 1]] for c in nodes)]) for nodes in blocks]
     return factorise(csr_array(matrix[:, : book.columns - book.cell].T), rows, parents)
 
 
 def incidence_matrix(frame: Frame) -> csr_array:
     """(interactions, grains), 1 where the interaction holds the grain."""
-    pairs = np.arange(len(frame.contacts))
-    row, column = np.tile(pairs, 2), np.concatenate((frame.contacts.i, frame.contacts.j))
+    pairs = np.arange(len(frame.interactions))
+    row, column = np.tile(pairs, 2), np.concatenate((frame.interactions.i, frame.interactions.j))
     return csr_array((np.ones(len(row)), (row, column)), shape=(len(pairs), frame.grains))
 
 
@@ -179,8 +179,8 @@ def _unstable_modes(frame: Frame, book: Degrees, law: ContactLaw, motions: Facto
 
 def _backbone(frame: Frame, rolling: bool) -> Bools:
     """Grains of the backbone, (N,); see `Rigidity`."""
-    holds = ~(bridges(frame) & ~frame.contacts.touching) if rolling else ~bridges(frame)
-    edges = (np.ones(int(holds.sum())), (frame.contacts.i[holds], frame.contacts.j[holds]))
+    holds = ~(bridges(frame) & ~frame.interactions.in_contact) if rolling else ~bridges(frame)
+    edges = (np.ones(int(holds.sum())), (frame.interactions.i[holds], frame.interactions.j[holds]))
     label = connected_components(csr_array(edges, shape=(frame.grains, frame.grains)), directed=False)[1]
     return label == np.bincount(label).argmax()
 

@@ -12,7 +12,7 @@ from workflow.archive.columns import Reading
 from workflow.archive.samples import Files
 from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Frame
-from workflow.measures.contacts import measure, stress_parts
+from workflow.measures.packing import measure, stress_parts
 from workflow.measures.registry import Settings, attempt, measure_groups, slipping
 
 
@@ -31,7 +31,7 @@ def settings_of_dump(frame: Frame, law: ContactLaw, *, force_unit: float | None 
 
     ``force_unit``: F1, None for F0 or, without cohesion, the mean |N|; ``options``: other fields of `Settings`.
     """
-    normal = abs(frame.contacts.normal_force) if "normal" not in frame.lacks else np.empty(0)
+    normal = abs(frame.interactions.normal_force) if "normal" not in frame.lacks else np.empty(0)
     unit = force_unit or (law.f0 if law.cohesive else float(normal.mean() if len(normal) else 0.0)) or 1.0
     length = 1.0 if "diameter" in frame.lacks else float(frame.diameter.max())
     return Settings(law, shows_friction=_shows_friction(frame), force_unit=unit, length=length, **options)
@@ -39,14 +39,14 @@ def settings_of_dump(frame: Frame, law: ContactLaw, *, force_unit: float | None 
 
 def _shows_friction(frame: Frame) -> bool:
     """The file itself shows that there is friction, by tangential forces and flags of sliding."""
-    return not {"tangential", "sliding"} & frame.lacks and bool(frame.contacts.tangential.any())
+    return not {"tangential", "sliding"} & frame.lacks and bool(frame.interactions.tangential.any())
 
 
 def measures_of_dump(frame: Frame, settings: Settings, groups: Sequence[str]) -> dict[str, Any]:
     """The standard numbers with the two parts of the stress, the groups, and the notes."""
     numbers = measure(frame, force_unit=settings.force_unit, tolerance=settings.tolerance)
     numbers["stress"] |= stress_parts(frame)
-    sliding = None if "sliding" in frame.lacks else int(frame.contacts.sliding.sum())
+    sliding = None if "sliding" in frame.lacks else int(frame.interactions.sliding.sum())
     time = None if "time" in frame.lacks else frame.time
     found = numbers | {"sliding_contacts": sliding} | measure_groups(frame, settings, groups)
     if sliding and "error" not in found.get("rigidity", {"error": "not asked"}):

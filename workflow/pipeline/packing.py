@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from workflow.data.balance import solid_fraction
-from workflow.data.frame import Contacts, Floats, Frame
-from workflow.measures.contacts import measure
+from workflow.data.frame import Floats, Frame, Interactions
 from workflow.measures.energy import energies
+from workflow.measures.packing import measure
 from workflow.pipeline.recorded import Recorded
 from workflow.scene.packing import Packing
 
@@ -92,7 +92,7 @@ def _fastest(series: Mapping[str, Floats], of: Callable[[Any], Floats]) -> float
 
 def relaxation(before: Frame, after: Frame) -> dict[str, Any]:
     """What a settling stage changed, between the last frame before it and its own: contacts that it found or lost."""
-    pairs = [_touching(frame) for frame in (before, after)]
+    pairs = [_pairs_in_contact(frame) for frame in (before, after)]
     common = len(np.intersect1d(pairs[0], pairs[1], assume_unique=True))
     return {
         "time": after.time - before.time,
@@ -102,7 +102,7 @@ def relaxation(before: Frame, after: Frame) -> dict[str, Any]:
     }
 
 
-def _touching(frame: Frame) -> np.ndarray:
+def _pairs_in_contact(frame: Frame) -> np.ndarray:
     """The pairs of ids that touch, each as one complex number: pairs that arrays can be searched for."""
-    table: Contacts = frame.contacts.select(frame.contacts.touching)
+    table: Interactions = frame.interactions.select(frame.interactions.in_contact)
     return frame.ids[table.i] + 1j * frame.ids[table.j]

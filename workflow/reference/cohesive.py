@@ -23,24 +23,24 @@ CONTACT, TAIL, APART = 0, 1, 2
 
 
 class Motion(NamedTuple):
-    """Relative motion of pairs: ``gap`` h (P,), ``receding`` v_n (P,), ``rate`` (2, P) = v_t and w_j - w_i;
-    ``sideways`` (P,) = t.(v_j - v_i) of the centres alone."""
+    """Relative motion of pairs: ``gap`` h (P,), ``vn`` v_n (P,), ``rate`` (2, P) = v_t and w_j - w_i;
+    ``vt`` (P,) = t.(v_j - v_i) of the centres alone."""
 
     gap: Floats
-    receding: Floats
+    vn: Floats
     rate: Floats
-    sideways: Floats
+    vt: Floats
 
 
 class Response(NamedTuple):
     """Forces of i on j: ``normal`` N, ``tangential`` T, ``moment`` -K_r dtheta (P,); ``memory_rate`` (2, P);
-    ``heat`` (3,): power lost by viscosity, sliding and rolling, summed over the pairs."""
+    ``dissipated_power`` (3,): power lost by viscosity, sliding and rolling, summed over the pairs."""
 
     normal: Floats
     tangential: Floats
     moment: Floats
     memory_rate: Floats
-    heat: Floats
+    dissipated_power: Floats
 
 
 class PairLaw(Protocol):
@@ -51,7 +51,7 @@ class PairLaw(Protocol):
     """
 
     @property
-    def reach(self) -> float:
+    def cutoff_gap(self) -> float:
         """Largest gap at which a pair interacts."""
 
     def frequency(self, mass: float) -> float:
@@ -60,8 +60,8 @@ class PairLaw(Protocol):
     def speed(self, mass: float) -> float:
         """Speed that the interaction itself gives to a grain of this mass (0 if there is none)."""
 
-    def lever(self, distance: Floats, touch: Floats) -> Floats:
-        """Lever arms of the tangential force in units of the radii, (P,), for pairs at ``distance``; ``touch`` R_i + R_j."""
+    def lever(self, distance: Floats, radsum: Floats) -> Floats:
+        """Lever arms of the tangential force in units of the radii, (P,), for pairs at ``distance``; ``radsum`` R_i + R_j."""
 
     def start(self, motion: Motion, memory: Floats) -> tuple[Floats, Ints]:
         """Memory and modes of a state that is given from outside; InputError if the law forbids it."""
@@ -100,11 +100,6 @@ class CohesiveLaw(ContactLaw):
         if math.isnan(self.mu):
             raise InputError("law: 'mu' is nan; it must be >= 0; correct this value")
 
-    @property
-    def reach(self) -> float:
-        """The cutoff gap."""
-        return self.cutoff_gap
-
     def frequency(self, mass: float) -> float:
         """sqrt(max(2 K_N, 6 K_T)/m): two equal discs, 3 K_T/m* being the tangential spring with the spins."""
         return math.sqrt(max(2.0 * self.kn, 6.0 * self.kt) / mass)
@@ -113,7 +108,7 @@ class CohesiveLaw(ContactLaw):
         """max(sqrt(F0 D0/m), F0/sqrt(K_N m)): escape from the tail, swing about the equilibrium overlap."""
         return max(math.sqrt(self.f0 * self.d0 / mass), self.f0 / math.sqrt(self.kn * mass))
 
-    def lever(self, distance: Floats, touch: Floats) -> Floats:
+    def lever(self, distance: Floats, radsum: Floats) -> Floats:
         """The radii themselves."""
         return np.ones_like(distance)
 
@@ -134,13 +129,13 @@ class CohesiveLaw(ContactLaw):
 
     def start(self, motion: Motion, memory: Floats) -> tuple[Floats, Ints]:
         """Zone from the gap; a spring at its limit that would be loaded further slips."""
-        zone = np.where(motion.gap < 0.0, CONTACT, np.where(motion.gap < self.reach, TAIL, APART))
+        zone = np.where(motion.gap < 0.0, CONTACT, np.where(motion.gap < self.cutoff_gap, TAIL, APART))
         memory = np.where((zone == CONTACT) & (self._stiffness > 0.0), memory, 0.0)
         excess = self._limited & (np.abs(memory) > np.maximum(-self._slope * motion.gap, 0.0) * (1.0 + 1e-9))
         if np.any(excess):
             row, pair = np.argwhere(excess)[0]
             raise InputError(
-                f"discs: '{('stretch', 'rotation')[row]}' of pair {pair} is {memory[row, pair]:g}; the law allows at "
+                f"discs: '{('xi_t', 'xi_r')[row]}' of pair {pair} is {memory[row, pair]:g}; the law allows at "
                 f"most {-self._slope[row, 0] * motion.gap[pair]:g} at its overlap; reduce it"
             )
         return memory, np.vstack((zone, np.where(zone == CONTACT, self._slip_sign(motion, memory), 0)))
@@ -150,7 +145,7 @@ class CohesiveLaw(ContactLaw):
         sign = np.sign(np.where(memory == 0.0, motion.rate, memory))
         # the limit is met only up to rounding when a state is handed on from a run that was slipping
         full = np.abs(memory) >= -self._slope * motion.gap * (1.0 - 1e-12)
-        loaded = sign * motion.rate + self._slope * motion.receding > 0.0
+        loaded = sign * motion.rate + self._slope * motion.vn > 0.0
         return np.where(full & loaded & self._limited, sign, 0.0).astype(np.int64)
 
     def held(self, motion: Motion, memory: Floats, modes: Ints) -> Floats:
@@ -160,19 +155,19 @@ class CohesiveLaw(ContactLaw):
 
     def response(self, reduced: Floats, motion: Motion, memory: Floats, modes: Ints) -> Response:
         """See the class; a slipping spring loses (limit force) * (rate of the displacement it cannot follow)."""
-        gap, receding, rate, _ = motion
+        gap, vn, rate, _ = motion
         zone, slip = modes[0], modes[1:]
-        touching = zone == CONTACT
-        viscous = np.where(touching, self.zeta * np.sqrt(4.0 * self.kn * reduced) * receding, 0.0)
-        normal = np.where(touching, -self.kn * gap, 0.0) - viscous + self._attraction(gap, zone)
+        in_contact = zone == CONTACT
+        viscous = np.where(in_contact, self.zeta * np.sqrt(4.0 * self.kn * reduced) * vn, 0.0)
+        normal = np.where(in_contact, -self.kn * gap, 0.0) - viscous + self._attraction(gap, zone)
         spring = -self._stiffness * memory
-        memory_rate = np.where(touching & (slip == 0) & (self._stiffness > 0.0), rate, 0.0)
-        lost = -spring * np.where(slip != 0, rate + slip * self._slope * receding, 0.0)
-        heat = np.array([viscous @ receding, lost[0].sum(), lost[1].sum()])
-        return Response(normal, spring[0], spring[1], memory_rate, heat)
+        memory_rate = np.where(in_contact & (slip == 0) & (self._stiffness > 0.0), rate, 0.0)
+        lost = -spring * np.where(slip != 0, rate + slip * self._slope * vn, 0.0)
+        dissipated_power = np.array([viscous @ vn, lost[0].sum(), lost[1].sum()])
+        return Response(normal, spring[0], spring[1], memory_rate, dissipated_power)
 
     def _attraction(self, gap: Floats, zone: Ints) -> Floats:
-        if self.reach == 0.0:
+        if self.cutoff_gap == 0.0:
             return np.where(zone == CONTACT, -self.f0, 0.0)
         return -self.f0 * np.where(zone == CONTACT, 1.0, np.where(zone == TAIL, 1.0 - gap / self.d0, 0.0))
 
@@ -181,16 +176,16 @@ class CohesiveLaw(ContactLaw):
 
         Springs: distance to the limit while sticking, rate of the inelastic displacement while slipping.
         """
-        gap, receding, rate, _ = motion
+        gap, vn, rate, _ = motion
         zone, slip = modes[0], modes[1:]
-        lower = np.array([-math.inf, 0.0, self.reach])[zone]
-        upper = np.array([0.0, self.reach, math.inf])[zone]
+        lower = np.array([-math.inf, 0.0, self.cutoff_gap])[zone]
+        upper = np.array([0.0, self.cutoff_gap, math.inf])[zone]
         sign = np.where(slip != 0, slip, np.sign(memory))
-        inelastic = sign * rate + self._slope * receding
+        inelastic = sign * rate + self._slope * vn
         springs = np.where(slip != 0, inelastic, -self._slope * gap - np.abs(memory))
         springs = np.where(self._limited & (zone == CONTACT), springs, math.inf)
         values = np.vstack((gap - lower, upper - gap, springs))
-        return values, np.vstack((receding, -receding, np.where(slip != 0, 0.0, -inelastic)))
+        return values, np.vstack((vn, -vn, np.where(slip != 0, 0.0, -inelastic)))
 
     def switch(self, row: int, pair: int, motion: Motion, memory: Floats, modes: Ints) -> tuple[Floats, Ints, str]:
         """Kinds: enter, close, open, leave (gap); slip, stick (tangential); roll, lock (rolling)."""
@@ -206,7 +201,7 @@ class CohesiveLaw(ContactLaw):
         return memory, modes, ("stick", "lock")[spring]
 
     def _change_zone(self, row: int, pair: int, motion: Motion, memory: Floats, modes: Ints) -> str:
-        step = 1 if self.reach > 0.0 else 2
+        step = 1 if self.cutoff_gap > 0.0 else 2
         old = int(modes[0, pair])
         new = old - step if row == 0 else old + step
         memory[:, pair] = 0.0
@@ -221,6 +216,6 @@ class CohesiveLaw(ContactLaw):
         normal = 0.5 * self.kn * np.sum(gap[zone == CONTACT] ** 2)
         springs = 0.5 * self._stiffness[:, 0] * np.sum(memory**2, axis=1)
         adhesive = np.sum(self.f0 * (gap[zone == CONTACT] - 0.5 * self.d0))
-        if self.reach > 0.0:
+        if self.cutoff_gap > 0.0:
             adhesive -= self.f0 * np.sum((self.d0 - gap[zone == TAIL]) ** 2) / (2.0 * self.d0)
         return np.array([normal, *springs, adhesive])

@@ -55,7 +55,7 @@ class ContinuousLaw:
         return ((1.0 if self.stiffness else self.cutoff) - 1.0) * np.asarray(self.sigma)
 
     @property
-    def reach(self) -> float:
+    def cutoff_gap(self) -> float:
         """Largest r0 - s of a pair."""
         return float(np.max(self._range))
 
@@ -67,9 +67,9 @@ class ContinuousLaw:
         """sqrt(force s/m): a fall through a diameter under the force at r = s."""
         return math.sqrt(self.force * float(np.max(self.sigma)) / mass)
 
-    def lever(self, distance: Floats, touch: Floats) -> Floats:
+    def lever(self, distance: Floats, radsum: Floats) -> Floats:
         """r/s, or twice that."""
-        return (2.0 if self.printed_rotation else 1.0) * distance / touch
+        return (2.0 if self.printed_rotation else 1.0) * distance / radsum
 
     def _elastic(self, gap: Floats) -> tuple[Floats, Floats]:
         """N_e and k = -dN_e/dr, (P,)."""
@@ -93,16 +93,16 @@ class ContinuousLaw:
         memory = np.where((zone == CONTACT) & (self.mu > 0.0), memory * [[1.0], [0.0]], 0.0)
         excess = np.abs(memory[0]) > np.maximum(self._slope * self._depth(motion.gap), 0.0) * (1.0 + 1e-9)
         if np.any(excess):
-            raise InputError(f"discs: 'stretch' of pair {int(np.argmax(excess))} is above alpha mu (r0 - r); reduce it")
+            raise InputError(f"discs: 'xi_t' of pair {int(np.argmax(excess))} is above alpha mu (r0 - r); reduce it")
         return memory, np.stack((zone, np.where(zone == CONTACT, self._slip_sign(motion, memory), 0), np.zeros_like(zone)))
 
     def _slip_sign(self, motion: Motion, memory: Floats) -> Ints:
         if not self.mu:
             return np.zeros(len(motion.gap), dtype=np.int64)
-        stretch, rate = memory[0], motion.rate[0]
-        sign = np.sign(np.where(stretch == 0.0, rate, stretch))
-        full = np.abs(stretch) >= self._slope * self._depth(motion.gap) * (1.0 - 1e-12)
-        loaded = sign * rate + self._slope * motion.receding > 0.0
+        xi_t, rate = memory[0], motion.rate[0]
+        sign = np.sign(np.where(xi_t == 0.0, rate, xi_t))
+        full = np.abs(xi_t) >= self._slope * self._depth(motion.gap) * (1.0 - 1e-12)
+        loaded = sign * rate + self._slope * motion.vn > 0.0
         return np.where(full & loaded, sign, 0.0).astype(np.int64)
 
     def held(self, motion: Motion, memory: Floats, modes: Ints) -> Floats:
@@ -113,59 +113,59 @@ class ContinuousLaw:
     def response(self, reduced: Floats, motion: Motion, memory: Floats, modes: Ints) -> Response:
         """See the class.  The heat of the spring is the work it takes beyond what it stores (`energies`): it may be
         negative while the normal force changes, because T depends on r without a potential of its own."""
-        gap, receding, rate, sideways = motion
+        gap, vn, rate, vt = motion
         on, zero = modes[0] == CONTACT, np.zeros_like(gap)
         gap = np.where(on, gap, 0.5 * self._range if not self.stiffness else -1e-3)  # any point where the formulas are finite
         elastic, stiffness = self._elastic(gap)
-        viscous = np.sqrt(np.asarray(self.mass) * stiffness) * receding
+        viscous = np.sqrt(np.asarray(self.mass) * stiffness) * vn
         spring, damping, stretch_rate, slid = zero, zero, zero, zero
         if self.mu:
-            moving = sideways if self.printed_damping else rate[0]
+            moving = vt if self.printed_damping else rate[0]
             spring, tangential_stiffness = self._spring(gap, memory[0], elastic, modes[1])
             damping = np.sqrt(np.asarray(self.mass) * tangential_stiffness) * moving
             stretch_rate = np.where(modes[1] == 0, rate[0], 0.0)
-            slid = -spring * rate[0] - self._stored_rate(gap, memory[0], elastic, stiffness, receding, rate[0], modes[1])
-        heat = [np.where(on, viscous * receding + damping * rate[0], 0.0).sum(), np.where(on, slid, 0.0).sum(), 0.0]
+            slid = -spring * rate[0] - self._stored_rate(gap, memory[0], elastic, stiffness, vn, rate[0], modes[1])
+        dissipated_power = [np.where(on, viscous * vn + damping * rate[0], 0.0).sum(), np.where(on, slid, 0.0).sum(), 0.0]
         normal, tangential = np.where(on, elastic - viscous, 0.0), np.where(on, spring - damping, 0.0)
-        return Response(normal, tangential, zero, np.stack((np.where(on, stretch_rate, 0.0), zero)), np.array(heat))
+        return Response(normal, tangential, zero, np.stack((np.where(on, stretch_rate, 0.0), zero)), np.array(dissipated_power))
 
-    def _load(self, gap: Floats, stretch: Floats, slip: Ints | int = 0) -> tuple[Floats, Floats]:
+    def _load(self, gap: Floats, xi_t: Floats, slip: Ints | int = 0) -> tuple[Floats, Floats]:
         """dmax and 1 - |d|/dmax, which is 0 while slipping; finite also where a trial step went beyond r0."""
         largest = self._slope * np.abs(self._depth(gap)) + 1e-300
-        return largest, np.where(slip != 0, 0.0, np.clip(1.0 - np.abs(stretch) / largest, 0.0, 1.0))
+        return largest, np.where(slip != 0, 0.0, np.clip(1.0 - np.abs(xi_t) / largest, 0.0, 1.0))
 
-    def _spring(self, gap: Floats, stretch: Floats, elastic: Floats, slip: Ints) -> tuple[Floats, Floats]:
+    def _spring(self, gap: Floats, xi_t: Floats, elastic: Floats, slip: Ints) -> tuple[Floats, Floats]:
         """Elastic part of T (eq. 5) and k_T (eq. 7)."""
-        largest, rest = self._load(gap, stretch, slip)
-        return -np.sign(stretch) * self.mu * elastic * (1.0 - rest**1.5), 1.5 * self.mu * elastic / largest * np.sqrt(rest)
+        largest, rest = self._load(gap, xi_t, slip)
+        return -np.sign(xi_t) * self.mu * elastic * (1.0 - rest**1.5), 1.5 * self.mu * elastic / largest * np.sqrt(rest)
 
-    def _stored(self, gap: Floats, stretch: Floats, elastic: Floats) -> Floats:
+    def _stored(self, gap: Floats, xi_t: Floats, elastic: Floats) -> Floats:
         """Integral of eq. 5 over d at fixed r: mu N_e dmax [x - 2/5 (1 - (1 - x)^(5/2))], x = |d|/dmax."""
-        largest, rest = self._load(gap, stretch)
+        largest, rest = self._load(gap, xi_t)
         return self.mu * elastic * largest * (1.0 - rest - 0.4 * (1.0 - rest**2.5))
 
     def _stored_rate(
-        self, gap: Floats, stretch: Floats, elastic: Floats, stiffness: Floats, receding: Floats, rate: Floats, slip: Ints
+        self, gap: Floats, xi_t: Floats, elastic: Floats, stiffness: Floats, vn: Floats, rate: Floats, slip: Ints
     ) -> Floats:
         """Time derivative of `_stored`."""
-        largest, rest = self._load(gap, stretch, slip)
+        largest, rest = self._load(gap, xi_t, slip)
         part = 1.0 - rest - 0.4 * (1.0 - rest**2.5)
         along_r = -self.mu * (stiffness * largest + elastic * self._slope) * part
         along_r += self.mu * elastic * (1.0 - rest**1.5) * (1.0 - rest) * self._slope
-        moved = np.where(slip == 0, rate, -slip * self._slope * receding)
-        return along_r * receding + np.sign(stretch) * self.mu * elastic * (1.0 - rest**1.5) * moved
+        moved = np.where(slip == 0, rate, -slip * self._slope * vn)
+        return along_r * vn + np.sign(xi_t) * self.mu * elastic * (1.0 - rest**1.5) * moved
 
     def triggers(self, motion: Motion, memory: Floats, modes: Ints) -> tuple[Floats, Floats]:
         """Rows: beyond r0 (apart), within r0 (contact), tangential spring (distance to its limit, or inelastic rate)."""
-        gap, receding, rate, _ = motion
+        gap, vn, rate, _ = motion
         zone, slip = modes[0], modes[1]
         depth = self._depth(gap)
         apart, contact = np.where(zone == APART, -depth, np.inf), np.where(zone == CONTACT, depth, np.inf)
         sign = np.where(slip != 0, slip, np.sign(memory[0]))
-        inelastic = sign * rate[0] + self._slope * receding
+        inelastic = sign * rate[0] + self._slope * vn
         spring = np.where(slip != 0, inelastic, self._slope * depth - np.abs(memory[0]))
         spring = np.where((zone == CONTACT) & (self.mu > 0.0), spring, np.inf)
-        return np.stack((apart, contact, spring)), np.stack((receding, -receding, np.where(slip != 0, 0.0, -inelastic)))
+        return np.stack((apart, contact, spring)), np.stack((vn, -vn, np.where(slip != 0, 0.0, -inelastic)))
 
     def switch(self, row: int, pair: int, motion: Motion, memory: Floats, modes: Ints) -> tuple[Floats, Ints, str]:
         """Kinds: close, open; slip, stick."""

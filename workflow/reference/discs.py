@@ -24,28 +24,28 @@ def pair_list(count: int) -> Ints:
 class Discs:
     """State of 2 to 6 discs.
 
-    ``position``, ``velocity`` (N, 2); ``spin`` (N,), counter-clockwise positive; ``diameter`` (N,).  ``mass`` (N,):
+    ``position``, ``velocity`` (N, 2); ``omega`` (N,), counter-clockwise positive; ``diameter`` (N,).  ``mass`` (N,):
     d^2 if not given, ``inf`` for a disc that keeps its velocity and spin.  Moment of inertia m d^2/8.
-    ``stretch``, ``rotation`` (P,): du and dtheta of the pairs of ``pair_list(N)``, 0 if not given and without effect
+    ``xi_t``, ``xi_r`` (P,): du and dtheta of the pairs of ``pair_list(N)``, 0 if not given and without effect
     for pairs that do not touch.  In a cell velocities are relative to its affine motion.
     Raises InputError for wrong shapes, values that are not finite, or centres that coincide.
     """
 
     position: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
     diameter: Floats
     mass: Floats = field(default_factory=lambda: np.empty(0))
-    stretch: Floats = field(default_factory=lambda: np.empty(0))
-    rotation: Floats = field(default_factory=lambda: np.empty(0))
+    xi_t: Floats = field(default_factory=lambda: np.empty(0))
+    xi_r: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         count = len(np.atleast_1d(self.diameter))
         if not 2 <= count <= 6:
             raise InputError(f"discs: 'diameter' has {count} values; the reference takes 2 to 6 discs; use the engine")
         pairs = count * (count - 1) // 2
-        shapes = {"position": (count, 2), "velocity": (count, 2), "stretch": (pairs,), "rotation": (pairs,)}
-        defaults = {"mass": np.square(self.diameter), "stretch": np.zeros(pairs), "rotation": np.zeros(pairs)}
+        shapes = {"position": (count, 2), "velocity": (count, 2), "xi_t": (pairs,), "xi_r": (pairs,)}
+        defaults = {"mass": np.square(self.diameter), "xi_t": np.zeros(pairs), "xi_r": np.zeros(pairs)}
         for name in (f.name for f in fields(self)):
             value = getattr(self, name)
             value = defaults[name] if name in defaults and np.size(value) == 0 else value
@@ -97,12 +97,12 @@ class Cell:
         strain = 1.0 - np.asarray(self.rate) * time
         return self.lengths * strain, -np.asarray(self.rate) / strain
 
-    def require(self, reach: float, t_end: float) -> None:
-        """Raise InputError unless at most one image of a disc can interact with another (L > 2 ``reach``)."""
+    def require(self, cutoff_gap: float, t_end: float) -> None:
+        """Raise InputError unless at most one image of a disc can interact with another (L > 2 ``cutoff_gap``)."""
         smallest = np.minimum(self.lengths, self.lengths * (1.0 - np.asarray(self.rate) * t_end))
-        if np.any(smallest <= 2.0 * reach):
+        if np.any(smallest <= 2.0 * cutoff_gap):
             raise InputError(
-                f"cell: 'lengths' shrink to {smallest.tolist()}; each must stay above twice the range {reach:g} of a "
+                f"cell: 'lengths' shrink to {smallest.tolist()}; each must stay above twice the range {cutoff_gap:g} of a "
                 "pair; enlarge the cell, lower the rate or shorten the run"
             )
 
@@ -159,20 +159,20 @@ class Energy:
 class Trajectory:
     """Result at the K times ``time``.
 
-    Per disc: ``position``, ``velocity`` (K, N, 2), ``spin`` (K, N).  Per pair of ``pairs`` (P, 2): ``branch`` (K, P, 2)
-    from i to the nearest image of j, ``gap``, ``stretch`` du, ``rotation`` dtheta, ``normal`` N, ``tangential`` T and
+    Per disc: ``position``, ``velocity`` (K, N, 2), ``omega`` (K, N).  Per pair of ``pairs`` (P, 2): ``branch`` (K, P, 2)
+    from i to the nearest image of j, ``gap``, ``xi_t`` du, ``xi_r`` dtheta, ``normal`` N, ``tangential`` T and
     ``moment`` -K_r dtheta (K, P), forces of i on j.  At the time of an event the state before it is given.
     """
 
     time: Floats
     position: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
     pairs: Ints
     branch: Floats
     gap: Floats
-    stretch: Floats
-    rotation: Floats
+    xi_t: Floats
+    xi_r: Floats
     normal: Floats
     tangential: Floats
     moment: Floats
@@ -182,8 +182,8 @@ class Trajectory:
 
     def discs(self, k: int = -1) -> Discs:
         """State at ``time[k]``, to start another run from."""
-        state = (self.position[k], self.velocity[k], self.spin[k], self.start.diameter, self.start.mass)
-        return Discs(*state, self.stretch[k], self.rotation[k])
+        state = (self.position[k], self.velocity[k], self.omega[k], self.start.diameter, self.start.mass)
+        return Discs(*state, self.xi_t[k], self.xi_r[k])
 
     def times_of(self, kind: str) -> list[float]:
         """Times of the events of one kind."""

@@ -17,7 +17,7 @@ from workflow.reference.system import Piece, System, View
 SIMULTANEOUS = 1e-12  # events closer than this, in units of the fastest contact's 1/omega, count as one instant
 CHATTER = 100  # more events than that at one instant cannot be a sequence of mode changes of 15 pairs
 MAX_EVENTS = 10_000
-COLUMNS = ("position", "velocity", "spin", "branch", "gap", "stretch", "rotation", "normal", "tangential", "moment")
+COLUMNS = ("position", "velocity", "omega", "branch", "gap", "xi_t", "xi_r", "normal", "tangential", "moment")
 
 
 def integrate(
@@ -42,7 +42,7 @@ def integrate(
     if not 2.3e-14 <= rtol < 1.0:
         raise InputError(f"integrate: 'rtol' is {rtol!r}; it must be in [2.3e-14, 1); choose e.g. 1e-12")
     if cell is not None:
-        cell.require(float(discs.diameter.max()) + law.reach, t_end)
+        cell.require(float(discs.diameter.max()) + law.cutoff_gap, t_end)
     return _Run(System(law, discs, cell, np.asarray(gravity, dtype=np.float64)), times, t_end, rtol).result()
 
 
@@ -84,7 +84,7 @@ class _Run:
 
     def _solver(self) -> DOP853:
         scales, system = self.scales, self.system
-        near = self.piece.gap.min() < system.law.reach
+        near = self.piece.gap.min() < system.law.cutoff_gap
         # a step must neither jump over a disc nor hide several oscillations of a contact between two samples
         longest = min(0.25 * scales.diameter / scales.speed, 1.0 / scales.frequency if near else np.inf)
         atol = self.rtol * scales.vector(system.count, len(system.pairs))
@@ -128,7 +128,7 @@ class Recorder:
         energy = np.array([_kinetic(system.discs, seen), *stored, *seen.accounts[:3], opening, seen.accounts[3],
                            _height(system, piece.positions(y))])  # fmt: skip
         forces = (response.normal, response.tangential, response.moment)
-        discs = (piece.positions(y), seen.velocity, seen.spin)
+        discs = (piece.positions(y), seen.velocity, seen.omega)
         return (*discs, seen.branch, seen.motion.gap, *seen.memory, *forces, energy)
 
     def trajectory(self, events: list[Event]) -> Trajectory:
@@ -149,4 +149,4 @@ def _kinetic(discs: Discs, seen: View) -> float:
     """Sum of m v^2/2 + I w^2/2 over the discs of finite mass."""
     free = discs.inverse_mass > 0.0
     translation = ((seen.velocity**2).sum(axis=1)[free] / discs.inverse_mass[free]).sum()
-    return float(0.5 * (translation + (seen.spin[free] ** 2 / discs.inverse_inertia[free]).sum()))
+    return float(0.5 * (translation + (seen.omega[free] ** 2 / discs.inverse_inertia[free]).sum()))

@@ -24,7 +24,7 @@ class View(NamedTuple):
     lever: Floats
     gradient: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
     accounts: Floats
 
 
@@ -44,8 +44,8 @@ class Scales(NamedTuple):
     def vector(self, discs: int, pairs: int) -> Floats:
         """One scale per entry of the state: displacement, velocity, spin, du, dtheta, three heats and a work."""
         sizes = (2 * discs, 2 * discs, discs, pairs, pairs, 4)
-        turn, spin, energy = self.overlap / self.diameter, self.speed / self.diameter, self.mass * self.speed**2
-        return np.repeat((self.overlap, self.speed, spin, self.overlap, turn, energy), sizes)
+        turn, omega, energy = self.overlap / self.diameter, self.speed / self.diameter, self.mass * self.speed**2
+        return np.repeat((self.overlap, self.speed, omega, self.overlap, turn, energy), sizes)
 
 
 class System:
@@ -60,7 +60,7 @@ class System:
         self.difference = np.zeros((len(rows), self.count))
         self.difference[rows, i], self.difference[rows, j] = -1.0, 1.0
         self.arms = np.abs(self.difference) * discs.diameter / 2.0
-        self.touch = self.arms.sum(axis=1)
+        self.radsum = self.arms.sum(axis=1)
         free = discs.inverse_mass > 0.0
         self.weight = np.where(free, 1.0, 0.0)[:, None] * gravity
         inverse = discs.inverse_mass[i] + discs.inverse_mass[j]
@@ -71,8 +71,8 @@ class System:
         """The first piece and its state vector."""
         discs = self.discs
         piece = Piece(self, 0.0, discs.position, None, np.zeros((3, len(self.pairs)), dtype=np.int64))
-        given = np.stack((discs.stretch, discs.rotation))
-        moving = np.concatenate((np.zeros(2 * self.count), discs.velocity.ravel(), discs.spin))
+        given = np.stack((discs.xi_t, discs.xi_r))
+        moving = np.concatenate((np.zeros(2 * self.count), discs.velocity.ravel(), discs.omega))
         seen = piece.view(0.0, np.concatenate((moving, given.ravel(), np.zeros(4))))
         memory, piece.modes = self.law.start(seen.motion, given)
         return piece, np.concatenate((moving, memory.ravel(), np.zeros(4)))
@@ -91,7 +91,7 @@ class System:
         frequency = self.law.frequency(lightest)
         speeds = (
             np.abs(self.difference @ seen.velocity).max(),
-            np.abs(seen.spin * self.discs.diameter).max(),
+            np.abs(seen.omega * self.discs.diameter).max(),
             np.abs(seen.gradient).max() * np.abs(seen.branch).max(),
             max(-seen.motion.gap.min(), 0.0) * frequency,
             self.law.speed(lightest),
@@ -112,13 +112,13 @@ class Piece:
             self.images = np.round(branch / self.lengths)
             branch = branch - self.images * self.lengths
         self.branch, self.distance = branch, np.hypot(*branch.T)
-        self.gap = self.distance - system.touch if gap is None else gap
+        self.gap = self.distance - system.radsum if gap is None else gap
 
     def view(self, tau: float, y: Floats) -> View:
         """Everything the law needs to know at local time ``tau``."""
         system, n = self.system, self.system.count
         moved, velocity = y[: 2 * n].reshape(n, 2), y[2 * n : 4 * n].reshape(n, 2)
-        spin, memory = y[4 * n : 5 * n], y[5 * n : -4].reshape(2, -1)
+        omega, memory = y[4 * n : 5 * n], y[5 * n : -4].reshape(2, -1)
         delta, gradient = system.difference @ moved, np.zeros(2)
         if system.cell is not None:
             lengths, gradient = system.cell.at(self.start + tau)
@@ -129,13 +129,13 @@ class Piece:
         gap = self.gap + ((2.0 * self.branch + delta) * delta).sum(axis=1) / (distance + self.distance)
         normal = branch / distance[:, None]
         relative = system.difference @ velocity + gradient * branch
-        receding = (normal * relative).sum(axis=1)
-        sideways = normal[:, 0] * relative[:, 1] - normal[:, 1] * relative[:, 0]
-        lever = system.law.lever(distance, system.touch)
-        surface = sideways - lever * (system.arms @ spin)
-        motion = Motion(gap, receding, np.stack((surface, system.difference @ spin)), sideways)
+        vn = (normal * relative).sum(axis=1)
+        vt = normal[:, 0] * relative[:, 1] - normal[:, 1] * relative[:, 0]
+        lever = system.law.lever(distance, system.radsum)
+        surface = vt - lever * (system.arms @ omega)
+        motion = Motion(gap, vn, np.stack((surface, system.difference @ omega)), vt)
         held = system.law.held(motion, memory, self.modes)
-        return View(branch, normal, motion, held, lever, gradient, velocity, spin, y[-4:])
+        return View(branch, normal, motion, held, lever, gradient, velocity, omega, y[-4:])
 
     def positions(self, y: Floats) -> Floats:
         """Centres (N, 2), not wrapped."""
@@ -149,7 +149,7 @@ class Piece:
         affine = seen.gradient * self.positions(y)
         work = -float((force * seen.branch * seen.gradient).sum())
         drift = (seen.velocity + affine).ravel()
-        return np.concatenate((drift, push.ravel(), turn, response.memory_rate.ravel(), response.heat, [work]))
+        return np.concatenate((drift, push.ravel(), turn, response.memory_rate.ravel(), response.dissipated_power, [work]))
 
     def switched(self, tau: float, y: Floats, row: int, pair: int) -> tuple[Piece, Floats, str, float]:
         """Next piece after a trigger fired, its state vector, the kind of event and the spring energy forgotten."""

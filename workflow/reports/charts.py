@@ -17,7 +17,7 @@ from workflow.data.frame import Bools, Floats
 from workflow.errors import InputError
 from workflow.measures.density import Scattering, average
 from workflow.measures.elasticity import Vibrations
-from workflow.measures.forces import ForceCloud, Histogram
+from workflow.measures.forces import Histogram, NTScatter
 from workflow.measures.fractal import FractalFit
 from workflow.measures.holes import Holes
 from workflow.reports.figures import BLUE, GREEN, INK, RED, STYLE, PathLike, save
@@ -75,7 +75,7 @@ def force_distribution(samples: Sequence[Histogram], path: Path, *, unit: str) -
         save(figure, path)
 
 
-def force_cloud(normal: Floats, tangential: Floats, lines: ForceCloud, path: Path, *, unit: str, cohesive: bool) -> None:
+def nt_scatter(normal: Floats, tangential: Floats, lines: NTScatter, path: Path, *, unit: str, cohesive: bool) -> None:
     """Every interaction in the N-T plane with Coulomb cone and T = +-sqrt(3) N (G07 figs. 14, 17), and a detail.
 
     ``normal``, ``tangential`` in units of ``unit``.  The detail shows the smallest half of the forces.
@@ -88,7 +88,7 @@ def force_cloud(normal: Floats, tangential: Floats, lines: ForceCloud, path: Pat
         reach = 1.05 * max(float(np.abs(normal).max(initial=0.0)), float(np.abs(tangential).max(initial=0.0)), 1e-12)
         for axes, far in ((whole, reach), (detail, limit)):
             axes.plot(normal, tangential, ".", color=BLUE, markersize=2.2, alpha=FAINT, markeredgewidth=0, rasterized=True)
-            for (x1, y1), (x2, y2) in lines.cross:
+            for (x1, y1), (x2, y2) in lines.sqrt3_lines:
                 axes.plot([x1 * 9, x2 * 9], [y1 * 9, y2 * 9], color=INK, linestyle=(0, (5, 3)), linewidth=0.8)
             axes.plot(*lines.cone.T, color=RED, linewidth=1.0)
             axes.set_aspect("equal", adjustable="box")

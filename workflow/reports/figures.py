@@ -19,10 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from workflow.data.balance import solid_fraction
-from workflow.data.files import PathLike, replacing
+from workflow.data.files import PathLike, atomic_write
 from workflow.data.frame import Bools, Floats, Frame
 from workflow.errors import InputError
-from workflow.measures.contacts import coordination
+from workflow.measures.packing import coordination
 from workflow.measures.percolation import force_magnitude
 
 # Metadata per format that would otherwise hold the date or the library version.
@@ -64,9 +64,9 @@ def force_network(
         if threshold is not None:
             kinds, grey = kinds_of_fig11(frame, threshold), np.ones(frame.grains, dtype=bool)
             for rows, _ in list(kinds.values())[1:]:
-                grey[frame.contacts.i[rows]] = grey[frame.contacts.j[rows]] = False
+                grey[frame.interactions.i[rows]] = grey[frame.interactions.j[rows]] = False
         discs(axes, frame, np.where(grey, RATTLER, FILL).tolist(), points)
-        size = np.abs(frame.contacts.normal_force) / force_unit
+        size = np.abs(frame.interactions.normal_force) / force_unit
         seen = bonds(axes, frame, kinds, np.maximum(size * band * points, THINNEST * (1 + (threshold is not None))))
         axes.set_title(
             rf"$\Phi$ = {solid_fraction(frame):.4f}   $z$ = {network.z:.3f}   $N$ = {frame.grains}   "
@@ -129,19 +129,19 @@ Kinds = Mapping[str, tuple[Bools, str]]  # name -> (interactions of this kind, c
 
 def kinds_of_fig2(frame: Frame, unit: float, tolerance: float) -> Kinds:
     """G07 fig. 2: by sign of N, distant pairs apart."""
-    table = frame.contacts
-    idle = table.touching & (np.abs(table.normal_force) < tolerance * unit)
+    table = frame.interactions
+    idle = table.in_contact & (np.abs(table.normal_force) < tolerance * unit)
     return {
         "no force": (idle, INK),
-        "distant": (~table.touching, BLUE),
-        "tensile": (table.touching & ~idle & (table.normal_force < 0), GREEN),
-        "compressive": (table.touching & ~idle & (table.normal_force > 0), RED),
+        "distant": (~table.in_contact, BLUE),
+        "tensile": (table.in_contact & ~idle & (table.normal_force < 0), GREEN),
+        "compressive": (table.in_contact & ~idle & (table.normal_force > 0), RED),
     }
 
 
 def kinds_of_fig11(frame: Frame, threshold: float) -> Kinds:
     """G07 figs. 11, 12, 19-22: blue where the total force is below ``threshold``, the others by sign of N."""
-    idle, normal = force_magnitude(frame) < threshold, frame.contacts.normal_force
+    idle, normal = force_magnitude(frame) < threshold, frame.interactions.normal_force
     return {
         "unstressed": (idle, BLUE),
         "tensile": (~idle & (normal < 0), GREEN),
@@ -151,7 +151,7 @@ def kinds_of_fig11(frame: Frame, threshold: float) -> Kinds:
 
 def bonds(axes: Axes, frame: Frame, kinds: Kinds, widths: Floats) -> list[str]:
     """Lines of ``widths`` (M,) points between centres; returns the kinds that occur."""
-    table = frame.contacts
+    table = frame.interactions
     start = wrap(frame, frame.position[table.i])
     crossing = np.floor((start + table.branch - frame.origin) / frame.cell)
     for order, (chosen, colour) in enumerate(kinds.values()):
@@ -258,5 +258,5 @@ def save(figure: Figure, path: PathLike | Sequence[PathLike]) -> None:
     with mpl.rc_context(STYLE):
         for target in targets:
             suffix = target.suffix.lower()
-            with replacing(target) as draft:
+            with atomic_write(target) as draft:
                 figure.savefig(draft, format=suffix[1:], dpi=200, metadata=FORMATS[suffix])

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from workflow.archive.read import Archive
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.data.frame import Bools, Floats, Frame
 from workflow.errors import InputError
 from workflow.measures.heap import Avalanche, Ground, Tracks, avalanches, base_forces, fields, in_heap, smooth, surface
@@ -110,7 +110,7 @@ def vectors(frame: Frame, ground: Ground, path: Sequence[Path], range_: float = 
         figure = Figure(figsize=(WIDE, 2.9), layout="compressed")
         axes = figure.subplots()
         _axes(figure, axes, frame, ground)
-        table = frame.contacts.select(frame.contacts.distance < range_)
+        table = frame.interactions.select(frame.interactions.distance < range_)
         start = frame.position[table.i] - [ground.middle, ground.level]
         axes.add_collection(LineCollection(list(np.stack((start, start + table.branch), axis=1)), colors=INK, linewidths=0.5))
         axes.set(xlabel=r"$x/\sigma$", title=f"centre-to-centre vectors, $t$ = {frame.time:.5g}")
@@ -123,7 +123,7 @@ def forces(frame: Frame, ground: Ground, path: Sequence[Path]) -> None:
         figure = Figure(figsize=(WIDE, 4.6), layout="compressed")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
         _axes(figure, top, frame, ground)
-        table = frame.contacts
+        table = frame.interactions
         size = table.normal_force / max(float(table.normal_force.max(initial=1.0)), 1e-12)
         start = frame.position[table.i] - [ground.middle, ground.level]
         lines = list(np.stack((start, start + table.branch), axis=1))
@@ -171,7 +171,7 @@ def film(tracks: Tracks, ground: Ground, event: Avalanche, path: Path) -> None:
         if k > chosen[0]:
             moved = np.nan_to_num(np.hypot(*(tracks.position[k] - tracks.position[k - 1]).T)) > 0.25
         pictures.append(_picture(tracks, k, ground, moved))
-    with replacing(path) as draft:
+    with atomic_write(path) as draft:
         pictures[0].save(draft, "GIF", save_all=True, append_images=pictures[1:], duration=FILM_PAUSE, loop=0)
 
 

@@ -98,7 +98,7 @@ def self_stress_map(frame: Frame, found: SelfStress, path: PathLike | Sequence[P
         number = int(found.clusters.max(initial=-1)) + 1
         members = found.clusters >= 0
         loaded = np.zeros(frame.grains, dtype=bool)
-        loaded[frame.contacts.i[members]] = loaded[frame.contacts.j[members]] = True
+        loaded[frame.interactions.i[members]] = loaded[frame.interactions.j[members]] = True
         discs(axes, frame, np.where(loaded, FILL, RATTLER).tolist(), points)
         kinds: dict[str, Any] = {"none": (~members, INK)}
         for k, colour in enumerate(CLUSTERS):
@@ -138,8 +138,8 @@ def floppy_map(frame: Frame, moving: Mobility, modes: FloppyModes, loose: int, p
         colours = LogNorm(1e-3, 3.0)
         shades = ScalarMappable(colours, MOTION).to_rgba(np.maximum(moving.grains, 1e-3))
         discs(axes, frame, shades.tolist(), points)
-        bonds(axes, frame, {"all": (np.ones(len(frame.contacts), bool), "white")}, np.full(len(frame.contacts), 1.0))
-        bonds(axes, frame, {"all": (np.ones(len(frame.contacts), bool), INK)}, np.full(len(frame.contacts), 0.4))
+        bonds(axes, frame, {"all": (np.ones(len(frame.interactions), bool), "white")}, np.full(len(frame.interactions), 1.0))
+        bonds(axes, frame, {"all": (np.ones(len(frame.interactions), bool), INK)}, np.full(len(frame.interactions), 0.4))
         if len(modes.grains):
             _arrows(axes, frame, own_motions(frame, moving, modes))
         _bar(figure, axes, ScalarMappable(colours, MOTION), "mean square motion of a grain in all mechanisms")
@@ -154,7 +154,7 @@ def own_motions(frame: Frame, moving: Mobility, modes: FloppyModes) -> Floats:
 
     Of all combinations of modes the one with the most motion inside the set: its leading singular vector.
     """
-    table, motion = frame.contacts, np.zeros((frame.grains, 2))
+    table, motion = frame.interactions, np.zeros((frame.grains, 2))
     mobile = moving.grains > MOBILE
     joined = mobile[table.i] & mobile[table.j]
     pairs = (np.ones(int(joined.sum())), (table.i[joined], table.j[joined]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from workflow.reports.page_data import Sheet
+    from workflow.reports.page_data import ReportData
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def judged(name: str, value: float | None, limit: float | None, unit: str) -> Er
     return Error(name, f"{value:.2g} {unit}", f"{limit:g} {unit}", value <= limit)
 
 
-def errors(sheet: Sheet) -> list[Error]:
+def errors(sheet: ReportData) -> list[Error]:
     """The error figures of the run, judged where the scene sets a limit."""
     m, scene = sheet.measures, sheet.scene
     found = sheet.view.balance(sheet)

@@ -9,7 +9,7 @@ import numpy as np
 from workflow.data.balance import solid_fraction
 from workflow.data.frame import Frame
 from workflow.errors import InputError, WorkflowError
-from workflow.measures import contacts, density, elasticity, modes
+from workflow.measures import density, elasticity, modes, packing
 from workflow.measures import forces as measured
 from workflow.measures import holes as measured_holes
 from workflow.measures import registry as groups
@@ -57,14 +57,14 @@ def cloud(samples: Sequence[Sample], paths: Paths) -> None:
     law = samples[0][1]
     if np.isnan(law.law.mu):
         raise InputError("cloud: the Coulomb cone needs the coefficient of friction; give --mu")
-    normal = np.concatenate([f.contacts.normal_force for f, _ in samples]) / law.force_unit
-    tangential = np.concatenate([f.contacts.tangential for f, _ in samples]) / law.force_unit
+    normal = np.concatenate([f.interactions.normal_force for f, _ in samples]) / law.force_unit
+    tangential = np.concatenate([f.interactions.tangential for f, _ in samples]) / law.force_unit
     reach = max(float(np.abs(normal).max(initial=0.0)), 1.0)
     edges = np.linspace(-reach, 1.2 * reach, 3)
-    lines = measured.force_cloud(
+    lines = measured.nt_scatter(
         samples[0][0], edges, edges, unit=law.force_unit, friction=min(law.law.mu, 1e6), cohesive=law.law.cohesive
     )
-    charts.force_cloud(normal, tangential, lines, paths, unit=_unit(law), cohesive=law.law.cohesive)
+    charts.nt_scatter(normal, tangential, lines, paths, unit=_unit(law), cohesive=law.law.cohesive)
 
 
 def angles(samples: Sequence[Sample], paths: Paths) -> None:
@@ -75,8 +75,8 @@ def angles(samples: Sequence[Sample], paths: Paths) -> None:
 
 def coordination(samples: Sequence[Sample], paths: Paths) -> None:
     """Shares of grains with k neighbours."""
-    found = [contacts.coordination(f, threshold=c.tolerance * c.force_unit) for f, c in samples]
-    charts.coordination_shares([one.shares for one in found], paths)
+    found = [packing.coordination(f, threshold=c.tolerance * c.force_unit) for f, c in samples]
+    charts.coordination_shares([one.fractions for one in found], paths)
 
 
 def scattering(samples: Sequence[Sample], paths: Paths) -> None:

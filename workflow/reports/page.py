@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.reports.numbers import Number, errors
-from workflow.reports.page_data import KINDS, Sheet, charts, kinds, network
+from workflow.reports.page_data import KINDS, ReportData, charts, kinds, network
 from workflow.reports.study_page import document, table, template
 
 SCRIPTS = ("common.js", "network.js", "chart.js", "report.js")
@@ -24,7 +24,7 @@ WORDS = {"distant": "distant pair", "no force": "contact without force"}
 FINE = {True: ("good", "in equilibrium"), False: ("bad", "not in equilibrium")}
 
 
-def write_report(path: Path, title: str, sheets: Sequence[Sheet], absent: Sequence[tuple[str, str, str]] = ()) -> None:
+def write_report(path: Path, title: str, sheets: Sequence[ReportData], absent: Sequence[tuple[str, str, str]] = ()) -> None:
     """Write the page of ``sheets``; ``absent``: name, state and reason of runs that have nothing to show."""
     several = len(sheets) + len(absent) > 1
     data: dict[str, Any] = {"runs": []}
@@ -39,11 +39,11 @@ def write_report(path: Path, title: str, sheets: Sequence[Sheet], absent: Sequen
         body += _study(sheets, absent, data["runs"])
     body += "".join(articles) + "</main>"
     text = document(title, body, style=template("report.css"), script="".join(map(template, SCRIPTS)), data=data)
-    with replacing(path) as draft:
+    with atomic_write(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
-def _article(number: int, sheet: Sheet, drawn: Sequence[dict[str, Any]], every: int, several: bool) -> str:
+def _article(number: int, sheet: ReportData, drawn: Sequence[dict[str, Any]], every: int, several: bool) -> str:
     time = [k for k, chart in enumerate(drawn) if chart["time"]]
     other = [k for k, chart in enumerate(drawn) if not chart["time"]]
     sections = [("network", "Force network", _network(sheet))]
@@ -66,7 +66,7 @@ def _article(number: int, sheet: Sheet, drawn: Sequence[dict[str, Any]], every: 
     )
 
 
-def _badges(sheet: Sheet) -> str:
+def _badges(sheet: ReportData) -> str:
     found = [({"finished": "good", "failed": "bad"}.get(sheet.state, "muted"), sheet.state)]
     if sheet.measures.get("equilibrated") is not None:
         found.append(FINE[sheet.measures["equilibrated"]])
@@ -81,14 +81,14 @@ def _cards(found: Sequence[Number]) -> str:
     return f'<dl class="cards">{"".join(map(card, found))}</dl>'
 
 
-def _network(sheet: Sheet) -> str:
+def _network(sheet: ReportData) -> str:
     """The drawing with its controls."""
     count = np.bincount(kinds(sheet), minlength=len(KINDS))
     words = [WORDS.get(name, name) for name in KINDS]
     there = [k for k in range(len(KINDS)) if count[k]]
     keys = [_key(f'data-kind="{k}" checked', _swatch(KINDS[k]), words[k], str(count[k])) for k in there]
     keys += [_key("", _dot(look), name, "") for look, name in sheet.view.marks]
-    sliding = int(sheet.frame.contacts.sliding.sum())
+    sliding = int(sheet.frame.interactions.sliding.sum())
     if sliding:
         keys.append(_key('data-control="marks"', _dot("extra"), "mark sliding contacts", str(sliding)))
     parts = ", ".join(f"{count[k]} {words[k]}" for k in there)
@@ -126,24 +126,24 @@ def _series(numbers: Sequence[int], every: int, rows: int) -> str:
     return f'{ZOOM}<div class="charts" data-group>{_charts(numbers)}</div>{thinned}'
 
 
-def _errors(sheet: Sheet) -> str:
+def _errors(sheet: ReportData) -> str:
     words = {True: "✓ kept", False: "✗ not kept", None: ""}
     rows = [[e.name, e.text, e.limit, words[e.kept]] for e in errors(sheet)]
     return table(("error figure", "value", "limit", "verdict"), rows)
 
 
-def _measures(sheet: Sheet) -> str:
+def _measures(sheet: ReportData) -> str:
     rows = table(("measure", "value"), [list(row) for row in sheet.numbers])
     return f"<details><summary>{len(sheet.numbers)} numbers, in units of the scene</summary>{rows}</details>"
 
 
-def _provenance(sheet: Sheet) -> str:
+def _provenance(sheet: ReportData) -> str:
     scene = f"<h3>scene.toml</h3><pre>{escape(sheet.text)}</pre>" if sheet.text else ""
     return table(("what", "value"), [list(row) for row in sheet.provenance]) + scene
 
 
 # ---- several runs
-def _study(sheets: Sequence[Sheet], absent: Sequence[tuple[str, str, str]], runs: Sequence[dict[str, Any]]) -> str:
+def _study(sheets: Sequence[ReportData], absent: Sequence[tuple[str, str, str]], runs: Sequence[dict[str, Any]]) -> str:
     """Table of the runs with mean and standard error, and one quantity of all against time."""
     text = _runs(sheets, absent)
     titles = list(dict.fromkeys(chart["title"] for run in runs for chart in run["charts"] if chart["time"]))
@@ -157,7 +157,7 @@ def _study(sheets: Sequence[Sheet], absent: Sequence[tuple[str, str, str]], runs
     return text
 
 
-def _runs(sheets: Sequence[Sheet], absent: Sequence[tuple[str, str, str]]) -> str:
+def _runs(sheets: Sequence[ReportData], absent: Sequence[tuple[str, str, str]]) -> str:
     columns = _columns(sheets)
     head = "".join(f'<th scope="col"><button type="button">{escape(name)}</button></th>' for name in ("run", "state", *columns))
     rows = []
@@ -181,11 +181,11 @@ def _sort(cell: Number) -> str:
     )
 
 
-def _parameters(sheet: Sheet) -> dict[str, Any]:
+def _parameters(sheet: ReportData) -> dict[str, Any]:
     return {} if sheet.scene is None else {"scene": sheet.scene.name, **sheet.scene.as_mapping()}
 
 
-def _columns(sheets: Sequence[Sheet]) -> list[str]:
+def _columns(sheets: Sequence[ReportData]) -> list[str]:
     """The parameters in which the runs differ, then their results and errors."""
     each = [_parameters(sheet) for sheet in sheets]
     names = dict.fromkeys(name for parameters in each for name in parameters)
@@ -193,14 +193,14 @@ def _columns(sheets: Sequence[Sheet]) -> list[str]:
     return [*differing[:MOST_PARAMETERS], *dict.fromkeys(n.name for sheet in sheets for n in _judged(sheet))]
 
 
-def _judged(sheet: Sheet) -> list[Number]:
+def _judged(sheet: ReportData) -> list[Number]:
     residual = sheet.measures.get("energy_residual")
     share = 100 * residual["relative"] if residual else None
     known = Number("energy residual", share, "undefined" if share is None else f"{share:.2g} %")
     return [*sheet.view.results(sheet), known, Number("time", sheet.frame.time, f"{sheet.frame.time:.5g}")]
 
 
-def _cells(sheet: Sheet, columns: Sequence[str]) -> list[Number]:
+def _cells(sheet: ReportData, columns: Sequence[str]) -> list[Number]:
     known = {n.name: n for n in _judged(sheet)}
     for name, value in _parameters(sheet).items():
         if name not in known:
@@ -221,7 +221,7 @@ def with_error(mean: float, error: float) -> str:
     return f"{mean:.{decimals}f} ± {error:.{decimals}f}" if decimals <= 6 else f"{mean:.5g} ± {error:.1g}"
 
 
-def _mean(sheets: Sequence[Sheet], columns: Sequence[str]) -> str:
+def _mean(sheets: Sequence[ReportData], columns: Sequence[str]) -> str:
     """Mean and standard error over runs that differ in the seed alone."""
     each = [{name: value for name, value in _parameters(sheet).items() if name != "seed"} for sheet in sheets]
     if len(sheets) < 2 or not each[0] or any(parameters != each[0] for parameters in each):

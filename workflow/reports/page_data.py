@@ -19,7 +19,7 @@ TYPES: dict[str, np.dtype] = {"f4": np.dtype("<f4"), "u4": np.dtype("<u4"), "u1"
 
 
 @dataclass(frozen=True)
-class Sheet:
+class ReportData:
     """What a page says of one run or dump.
 
     ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``force_unit`` F1, below
@@ -59,9 +59,9 @@ def unpacked(array: Mapping[str, str]) -> np.ndarray:
     return np.frombuffer(base64.b64decode(array["base64"]), dtype=TYPES[array["type"]])
 
 
-def network(sheet: Sheet) -> dict[str, Any]:
+def network(sheet: ReportData) -> dict[str, Any]:
     """Discs and interactions for network.js; forces in units of the scene, ``unit`` the force to divide by."""
-    frame, table = sheet.frame, sheet.frame.contacts
+    frame, table = sheet.frame, sheet.frame.interactions
     length, symbol, _ = sheet.units
     place = np.where(frame.periodic, wrap(frame, frame.position), frame.position)
     arrays = {
@@ -80,15 +80,15 @@ def network(sheet: Sheet) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def kinds(sheet: Sheet) -> np.ndarray:
+def kinds(sheet: ReportData) -> np.ndarray:
     """Place in KINDS of each interaction, (M,)."""
-    kind = np.full(len(sheet.frame.contacts), KINDS.index("no force"))
+    kind = np.full(len(sheet.frame.interactions), KINDS.index("no force"))
     for name, rows in sheet.view.kinds(sheet).items():
         kind[rows] = KINDS.index(name)
     return kind
 
 
-def _window(sheet: Sheet) -> list[float]:
+def _window(sheet: ReportData) -> list[float]:
     """Left, bottom, right, top of what is shown at first: the cell, or the grains where nothing is periodic."""
     frame = sheet.frame
     low, high = frame.origin, frame.origin + frame.cell
@@ -98,7 +98,7 @@ def _window(sheet: Sheet) -> list[float]:
     return [float(v) for v in (*low, *high)]
 
 
-def charts(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, dict[str, str]], int]:
+def charts(sheet: ReportData) -> tuple[list[dict[str, Any]], dict[str, dict[str, str]], int]:
     """Charts for chart.js, the arrays they name, and every how many rows of the time series there is one on the page."""
     found, columns, every = _of_time(sheet)
     arrays = {name: packed(values, "f4") for name, values in columns.items()}
@@ -111,7 +111,7 @@ def charts(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, dict[str, str]
     return found, arrays, every
 
 
-def _of_time(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, Floats], int]:
+def _of_time(sheet: ReportData) -> tuple[list[dict[str, Any]], dict[str, Floats], int]:
     series = sheet.series
     if not len(series.get("time", ())):
         return [], {}, 1
@@ -140,7 +140,7 @@ def _of_time(sheet: Sheet) -> tuple[list[dict[str, Any]], dict[str, Floats], int
 Lines = list[tuple[str, Any, Any]]
 
 
-def _of_measures(sheet: Sheet) -> Iterable[tuple[str, str, bool, Lines]]:
+def _of_measures(sheet: ReportData) -> Iterable[tuple[str, str, bool, Lines]]:
     """(title, xlabel, logarithmic, lines) of distributions and profiles among the measures."""
     measures = sheet.measures
     forces = measures.get("forces", {})

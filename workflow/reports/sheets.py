@@ -17,7 +17,7 @@ from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
 from workflow.pipeline.sources import Dumps, Run, Source, measures_of_dump
 from workflow.reports.page import write_report
-from workflow.reports.page_data import Sheet
+from workflow.reports.page_data import ReportData
 from workflow.reports.summary import lines
 from workflow.reports.views import VIEWS, PackingView, View
 from workflow.runs.directory import ARCHIVE, FINISHED, RunDirectory
@@ -73,7 +73,7 @@ def _state(source: Source) -> str:
         return "damaged"
 
 
-def _of_run(name: str, source: Run) -> Sheet:
+def _of_run(name: str, source: Run) -> ReportData:
     directory = source.run
     scene, state = directory.scene, standing(directory)
     with Archive(directory / ARCHIVE) as archive:
@@ -84,7 +84,7 @@ def _of_run(name: str, source: Run) -> Sheet:
     note = f"Frame {source.number % count + 1} of {count}, stage {frame.stage}, t = {frame.time:.6g}, step {frame.step}."
     if state["status"] != FINISHED:
         note = f"The run is {state['status']}: this is how far it came. {note}"
-    return Sheet(
+    return ReportData(
         name=name, title=scene.title, state=state["status"], reason=state["reason"], note=note, frame=frame,
         force_unit=scene.force_unit, tolerance=scene.tolerance, cohesive=scene.cohesive, length=1.0, units=scene.units,
         view=VIEWS.get(scene.kind, View)(), scene=scene, series=series, measures=measures,
@@ -109,7 +109,7 @@ def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tupl
     return [(name, str(value)) for name, value in rows.items() if value is not None]
 
 
-def _of_dump(name: str, source: Dumps, command: str) -> Sheet:
+def _of_dump(name: str, source: Dumps, command: str) -> ReportData:
     frame, law = source.frame()
     tell(frame.notes)
     frame.need("the page of a dump", "normal", "tangential", "diameter", "gap")
@@ -118,7 +118,7 @@ def _of_dump(name: str, source: Dumps, command: str) -> Sheet:
     rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files]
     said = [("note", note) for note in frame.notes]
     clock = "" if "time" in frame.lacks else f"t = {frame.time:.6g}, "
-    return Sheet(
+    return ReportData(
         name=name, title="dump of another program", state="dump", reason=None,
         note=f"Frame {source.number}, {clock}step {frame.step}.", frame=frame, force_unit=law.force_unit,
         tolerance=law.tolerance, cohesive=law.law.cohesive, length=law.length,

@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.reports.figures import BLUE, FILL, GREEN, INK, ORANGE, OUTLINE, RATTLER, RED
 
 COLOURS = {"red": RED, "green": GREEN, "blue": BLUE, "orange": ORANGE, "ink": INK, "fill": FILL, "rattler": RATTLER,
@@ -42,7 +42,7 @@ def write_page(path: Path, title: str, parts: Sequence[tuple[str, Any]]) -> None
     """Write a page of ``parts``: ("heading", text), ("text", text), ("code", text), ("image", file), ("table", rows as
     mappings)."""
     body = "\n".join(_PARTS[kind](content) for kind, content in parts)
-    with replacing(path) as draft:
+    with atomic_write(path) as draft:
         draft.write_text(document(title, f"<h1>{escape(title)}</h1>{body}"), encoding="utf-8")
 
 

@@ -29,7 +29,7 @@ def triangle(frame: Frame, path: PathLike | Sequence[PathLike], *, tolerance: fl
     apex, *base = found.grains[0].tolist()
     cluster = _Cluster(frame, (*base, apex))
     rows = [cluster.contact(apex, other) for other in base]
-    measured = np.abs(frame.contacts.tangential[rows] / frame.contacts.normal_force[rows])
+    measured = np.abs(frame.interactions.tangential[rows] / frame.interactions.normal_force[rows])
     title = rf"$|T/N|$ = {measured[0]:.3f}, {measured[1]:.3f}; eq. 20: {found.ratio[0]:.3f}"
     _draw(cluster, [(apex, base)], dict(zip((*base, apex), "12D", strict=True)), title, path)
 
@@ -48,7 +48,7 @@ def double_triangle(frame: Frame, path: PathLike | Sequence[PathLike], *, tolera
         raise InputError("double_triangle: no two discs are held by the same two alone; choose another frame")
     cluster = _Cluster(frame, (*pair, seen[pair], apex))
     row = cluster.contact(*pair)
-    force = frame.contacts
+    force = frame.interactions
     title = rf"between 1 and 2: $N$ = {force.normal_force[row]:.3g}, $T$ = {force.tangential[row]:.2g}"
     names = dict(zip((*pair, seen[pair], apex), ("1", "2", "D", "D'"), strict=True))
     _draw(cluster, [(seen[pair], list(pair)), (apex, list(pair))], names, title, path)
@@ -59,8 +59,8 @@ class _Cluster:
 
     def __init__(self, frame: Frame, grains: Sequence[int]) -> None:
         self.frame, self.grains = frame, list(grains)
-        table = frame.contacts
-        inside = np.isin(table.i, self.grains) & np.isin(table.j, self.grains) & table.touching
+        table = frame.interactions
+        inside = np.isin(table.i, self.grains) & np.isin(table.j, self.grains) & table.in_contact
         self.rows: Ints = np.flatnonzero(inside)
         self.place: dict[int, Floats] = {self.grains[0]: np.zeros(2)}
         while len(self.place) < len(self.grains):
@@ -73,12 +73,12 @@ class _Cluster:
 
     def contact(self, one: int, two: int) -> int:
         """Row of the contact of two of the discs."""
-        table = self.frame.contacts
+        table = self.frame.interactions
         return int(next(row for row in self.rows if {int(table.i[row]), int(table.j[row])} == {one, two}))
 
     def point(self, row: int) -> Floats:
         """Where the discs of a contact touch."""
-        table = self.frame.contacts
+        table = self.frame.interactions
         i = int(table.i[row])
         return np.asarray(self.place[i] + 0.5 * self.frame.diameter[i] * table.branch[row] / table.distance[row])
 
@@ -89,7 +89,7 @@ def _draw(
 ) -> None:  # fmt: skip
     """Discs, forces as bars through the contacts, dotted the line through the two contacts of each held disc; with two of
     these the full line from the base contact to where the dotted lines meet."""
-    frame, table = cluster.frame, cluster.frame.contacts
+    frame, table = cluster.frame, cluster.frame.interactions
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3.4, 3.6), layout="constrained")
         axes = figure.subplots()

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workflow.data.frame import Bools, Floats
-from workflow.measures.contacts import coordination
 from workflow.measures.heap import in_heap
+from workflow.measures.packing import coordination
 from workflow.pipeline.heap import ground
 from workflow.reports.figures import BAND, kinds_of_fig2
 from workflow.reports.numbers import Error, Number, judged, number
 
 if TYPE_CHECKING:
-    from workflow.reports.page_data import Sheet
+    from workflow.reports.page_data import ReportData
 
 KINDS = ("compressive", "tensile", "distant", "no force")  # drawn from the last to the first
 Chart = tuple[str, str, Sequence[str], bool]  # title, unit, columns, logarithmic; {l}, {f}: units of length and force
@@ -31,42 +31,42 @@ class View:
     marks: Sequence[tuple[str, str]] = ()
     flat = False
 
-    def mark(self, sheet: Sheet) -> np.ndarray:
+    def mark(self, sheet: ReportData) -> np.ndarray:
         """The mark of each grain, 0 for none, (N,)."""
         return np.zeros(sheet.frame.grains, dtype=int)
 
-    def kinds(self, sheet: Sheet) -> Mapping[str, Bools]:
+    def kinds(self, sheet: ReportData) -> Mapping[str, Bools]:
         """Of KINDS but the last, which interactions are of it, (M,)."""
-        normal, least = sheet.frame.contacts.normal_force, sheet.tolerance * sheet.force_unit
+        normal, least = sheet.frame.interactions.normal_force, sheet.tolerance * sheet.force_unit
         return {"compressive": normal > least, "tensile": normal < -least}
 
-    def shown(self, sheet: Sheet) -> Bools:
+    def shown(self, sheet: ReportData) -> Bools:
         """The grains that a picture without periodic sides is to hold, (N,)."""
         return np.ones(sheet.frame.grains, dtype=bool)
 
-    def band(self, sheet: Sheet) -> float:
+    def band(self, sheet: ReportData) -> float:
         """Width of the line of one force unit: the largest force is 0.7 wide."""
-        return 0.7 / max(float(np.abs(sheet.frame.contacts.normal_force).max(initial=0.0)) / sheet.force_unit, 1.0)
+        return 0.7 / max(float(np.abs(sheet.frame.interactions.normal_force).max(initial=0.0)) / sheet.force_unit, 1.0)
 
-    def charts(self, sheet: Sheet) -> Sequence[Chart]:
+    def charts(self, sheet: ReportData) -> Sequence[Chart]:
         """The charts against time; columns that the series has not are left out."""
         columns = (name for name in sheet.series if name not in ("step", "time", "stage"))
         return [(name.replace("_", " "), "", (name,), False) for name in columns]
 
-    def column(self, sheet: Sheet, name: str) -> Floats:
+    def column(self, sheet: ReportData, name: str) -> Floats:
         """A column of the time series as it is drawn."""
         return sheet.series[name]
 
-    def levels(self, sheet: Sheet) -> Mapping[str, tuple[str, float]]:
+    def levels(self, sheet: ReportData) -> Mapping[str, tuple[str, float]]:
         """What the run was to reach: title of a chart -> name and value."""
         return {}
 
-    def results(self, sheet: Sheet) -> list[Number]:
+    def results(self, sheet: ReportData) -> list[Number]:
         """What one looks at first."""
         known = {name: value for name, value in sheet.measures.items() if type(value) in (int, float)}
         return [number(name.replace("_", " "), known[name]) for name in list(known)[:SHOWN]]
 
-    def balance(self, sheet: Sheet) -> list[Error]:
+    def balance(self, sheet: ReportData) -> list[Error]:
         """Equilibrium, in the scene's own criteria."""
         return []
 
@@ -76,28 +76,28 @@ class PackingView(View):
 
     marks = (("grey", "rattler"),)
 
-    def mark(self, sheet: Sheet) -> np.ndarray:
+    def mark(self, sheet: ReportData) -> np.ndarray:
         """1: rattlers."""
         return coordination(sheet.frame, threshold=sheet.tolerance * sheet.force_unit).rattlers
 
-    def kinds(self, sheet: Sheet) -> Mapping[str, Bools]:
+    def kinds(self, sheet: ReportData) -> Mapping[str, Bools]:
         """As in G07 fig. 2."""
         return {name: rows for name, (rows, _) in kinds_of_fig2(sheet.frame, sheet.force_unit, sheet.tolerance).items()}
 
-    def band(self, sheet: Sheet) -> float:
+    def band(self, sheet: ReportData) -> float:
         """As in the figures."""
         return (0.3 if sheet.cohesive else BAND) * sheet.length
 
-    def charts(self, sheet: Sheet) -> Sequence[Chart]:
+    def charts(self, sheet: ReportData) -> Sequence[Chart]:
         """PACKING; without attraction there are no aggregates."""
         return [chart for chart in PACKING if sheet.cohesive or chart[0] != "aggregates"]
 
-    def levels(self, sheet: Sheet) -> Mapping[str, tuple[str, float]]:
+    def levels(self, sheet: ReportData) -> Mapping[str, tuple[str, float]]:
         """The criteria of equilibrium, and the imposed stress."""
         scene: Any = sheet.scene
         return {} if scene is None else _tolerances(sheet) | {"stress": ("imposed", scene.pressure)}
 
-    def results(self, sheet: Sheet) -> list[Number]:
+    def results(self, sheet: ReportData) -> list[Number]:
         """Density, coordination, stress, rigidity."""
         m, (length, force, _) = sheet.measures, sheet.units
         pairs, stress, network = m["interactions"], m["stress"], m.get("rigidity", {})
@@ -123,7 +123,7 @@ class PackingView(View):
             found.append(number("force that percolates", threshold / sheet.force_unit, ".3g", f" {force}"))
         return found
 
-    def balance(self, sheet: Sheet) -> list[Error]:
+    def balance(self, sheet: ReportData) -> list[Error]:
         """Equilibrium, in the criteria of G07 sec. II D."""
         m, (length, *_), scene = sheet.measures, sheet.units, sheet.scene
         unbalanced, unit = m["unbalanced_force"], "F₁"
@@ -146,12 +146,12 @@ class HeapView(View):
     marks = (("grey", "not in the heap"), ("edge", "fixed base"))
     flat = True
 
-    def mark(self, sheet: Sheet) -> np.ndarray:
+    def mark(self, sheet: ReportData) -> np.ndarray:
         """1: grains that are not in the heap; 2: the base."""
         place = ground(sheet.scene)
         return np.where(sheet.frame.ids <= place.base, 2, ~in_heap(sheet.frame, place))
 
-    def shown(self, sheet: Sheet) -> Bools:
+    def shown(self, sheet: ReportData) -> Bools:
         """The heap and the base below it."""
         frame, place = sheet.frame, ground(sheet.scene)
         own = in_heap(frame, place)
@@ -160,19 +160,19 @@ class HeapView(View):
         across = frame.position[:, 0]
         return own | ((across > across[own].min() - 3) & (across < across[own].max() + 3) & (frame.ids <= place.base))
 
-    def charts(self, sheet: Sheet) -> Sequence[Chart]:
+    def charts(self, sheet: ReportData) -> Sequence[Chart]:
         """POURING."""
         return POURING
 
-    def column(self, sheet: Sheet, name: str) -> Floats:
+    def column(self, sheet: ReportData, name: str) -> Floats:
         """The top is counted from the base."""
         return sheet.series[name] - (ground(sheet.scene).level if name == "top" else 0.0)
 
-    def levels(self, sheet: Sheet) -> Mapping[str, tuple[str, float]]:
+    def levels(self, sheet: ReportData) -> Mapping[str, tuple[str, float]]:
         """The criteria of rest."""
         return _tolerances(sheet)
 
-    def results(self, sheet: Sheet) -> list[Number]:
+    def results(self, sheet: ReportData) -> list[Number]:
         """Shape, base force and avalanches."""
         m = sheet.measures
         angle, slides = m["angle_of_repose_deg"], m["avalanches"]
@@ -190,7 +190,7 @@ class HeapView(View):
                     note=f"largest {max((s['size'] for s in slides), default=0)} grains" if slides else ""),
         ]  # fmt: skip
 
-    def balance(self, sheet: Sheet) -> list[Error]:
+    def balance(self, sheet: ReportData) -> list[Error]:
         """Rest, and whether the base carries the weight."""
         m, (length, force, _) = sheet.measures, sheet.units
         carried = m["base_force_profile"]["sum_over_weight"]
@@ -205,7 +205,7 @@ def _backbone(m: Mapping[str, Any]) -> str:
     return "" if m["coordination_backbone"] is None else f"z* {m['coordination_backbone']:.3f}"
 
 
-def _tolerances(sheet: Sheet) -> dict[str, tuple[str, float]]:
+def _tolerances(sheet: ReportData) -> dict[str, tuple[str, float]]:
     scene, unit = sheet.scene, sheet.force_unit
     return {
         "largest unbalanced force and moment": ("tolerance", scene.force_tolerance * unit),

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.campaign.measured import TOGETHER, jackknife, of_samples
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.errors import InputError
 from workflow.reproduce.papers import Printed
 from workflow.reproduce.scoreboard import NO_SAMPLE, Ours, Row
@@ -110,7 +110,7 @@ def take_figure(number: str, earlier: Sequence[Earlier], folder: Path) -> str:
         target = folder / "figures" / found.name
         if not (target.exists() and target.samefile(found)):
             target.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(target) as draft:
+            with atomic_write(target) as draft:
                 shutil.copyfile(found, draft)
         return f"figures/{found.name}"
     return ""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.data.table import write_csv
 from workflow.errors import InputError
 from workflow.reproduce.papers import Case, Paper, Printed, load_paper, read_paper
@@ -194,9 +194,9 @@ def write_readings(folder: Path, of: Readings, found: Sequence[Line], provenance
         "chi2": {name: {t: {"chi2": c, "numbers": n} for t, (c, n) in one.items()} for name, one in sums.items()},
         "scans": [asdict(fit) for fit in fits], "numbers": [asdict(line) for line in found], "provenance": dict(provenance),
     }  # fmt: skip
-    with replacing(folder / "readings.json") as draft:
+    with atomic_write(folder / "readings.json") as draft:
         draft.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-    with replacing(folder / "readings.md") as draft:
+    with atomic_write(folder / "readings.md") as draft:
         draft.write_text(markdown(of, found, provenance), encoding="utf-8")
 
 

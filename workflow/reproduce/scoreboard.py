@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from workflow.data.files import replacing
+from workflow.data.files import atomic_write
 from workflow.data.table import write_csv
 from workflow.reproduce.papers import Paper, Printed
 
@@ -123,9 +123,9 @@ def write(folder: Path, paper: Paper, rows: Sequence[Row], figures: Figures, pro
         "paper": paper.title, "quick": paper.quick, "counts": counts(rows), "numbers": [asdict(row) for row in rows],
         "figures": list(figures), "provenance": dict(provenance),
     }  # fmt: skip
-    with replacing(folder / "scoreboard.json") as draft:
+    with atomic_write(folder / "scoreboard.json") as draft:
         draft.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-    with replacing(folder / "scoreboard.md") as draft:
+    with atomic_write(folder / "scoreboard.md") as draft:
         draft.write_text(markdown(paper, rows, figures, provenance), encoding="utf-8")
 
 

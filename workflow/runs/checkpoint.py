@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from workflow.data.files import read_plain, regular, replacing
+from workflow.data.files import atomic_write, read_plain, regular
 from workflow.runs.outputs import Extent, Parts
 
 ACCOUNT, ACCOUNTED = "account.in", 2  # what the drag took so far, written when this stage ends
@@ -31,7 +31,7 @@ class Checkpoint:
     step: int
 
 
-class Seals:
+class CheckpointChecksums:
     """Writes beside every complete checkpoint of ``folder`` what it must hold: step, size, SHA-256 (checkpoint.1.a.json), and
     ``parts``, size and SHA-256 of what series, dumps and notes of the deck held by then.
 
@@ -61,7 +61,7 @@ class Seals:
             parts = self.parts.sealable(step) | {name: extent(self.folder / name) for name in names}
             for file in (path, *(self.folder / name for name in parts)):
                 _sync(file)
-            with replacing(_seal(path)) as draft:
+            with atomic_write(_seal(path)) as draft:
                 draft.write_text(json.dumps({**entry, "parts": parts}) + "\n", encoding="ascii")
         self.seen[path] = state
 
@@ -121,10 +121,10 @@ def seal_of(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     parts = entry.get("parts", {}) if isinstance(entry, dict) else None
-    sound = isinstance(parts, dict) and {"step", "size", "sha256"} <= entry.keys() and all(
+    valid = isinstance(parts, dict) and {"step", "size", "sha256"} <= entry.keys() and all(
         isinstance(extent, list) and len(extent) == 2 for extent in parts.values()
     )  # fmt: skip
-    return entry if sound else {}
+    return entry if valid else {}
 
 
 def _files(folder: Path) -> list[Path]:

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from workflow.data.files import alive, open_plain, read_plain, replacing
+from workflow.data.files import alive, atomic_write, open_plain, read_plain
 from workflow.data.series import read_series
 from workflow.deck.template import DATA, DECK, data_parts, render
 from workflow.errors import ArchiveError, InputError
@@ -151,7 +151,7 @@ class RunDirectory:
 
     def write_text(self, name: str, text: str | Iterable[str]) -> None:
         """Write a file of the directory, given as a whole or in parts, as a whole or not at all."""
-        with replacing(self / name) as draft, open(draft, "w", encoding="utf-8") as file:
+        with atomic_write(self / name) as draft, open(draft, "w", encoding="utf-8") as file:
             file.writelines([text] if isinstance(text, str) else text)
 
     def hash(self, name: str) -> str:

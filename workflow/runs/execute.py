@@ -20,7 +20,7 @@ from typing import Any, TextIO
 from workflow.data.files import read_plain, regular
 from workflow.deck.template import DECK
 from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
-from workflow.runs.checkpoint import ACCOUNT, Seals
+from workflow.runs.checkpoint import ACCOUNT, CheckpointChecksums
 from workflow.runs.child_process import Child
 from workflow.runs.directory import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.runs.identity import check_inputs
@@ -67,7 +67,7 @@ def execute(
         )  # fmt: skip
         with suppress(OSError):
             (directory / RESERVED).write_bytes(bytes(RESERVE))
-        begun, seals = time.monotonic(), Seals(directory.path)
+        begun, seals = time.monotonic(), CheckpointChecksums(directory.path)
         progress = Progress(directory, out)
 
         def ended(status: str, reason: str | None = None, **entries: Any) -> str:
@@ -157,7 +157,9 @@ def _forget_result(directory: RunDirectory) -> None:
         directory.write_text("log.lammps", re.sub(r"(?m)^RESULT ", "interrupted: ", text))
 
 
-def _watch(child: Child, directory: RunDirectory, show: Callable[[], None], seals: Seals) -> tuple[bool, str | None]:
+def _watch(
+    child: Child, directory: RunDirectory, show: Callable[[], None], seals: CheckpointChecksums
+) -> tuple[bool, str | None]:
     """Wait for the child, seal its checkpoints; whether the user interrupted it, and why the disk did."""
     interrupted, full, going = False, None, True
     while going:
@@ -179,7 +181,7 @@ def _watch(child: Child, directory: RunDirectory, show: Callable[[], None], seal
     return interrupted, full
 
 
-def _full(directory: RunDirectory, seals: Seals) -> str | None:
+def _full(directory: RunDirectory, seals: CheckpointChecksums) -> str | None:
     """Seal new checkpoints; in words what is wrong if the disk has no room to go on, or something was not written."""
     try:
         needed = SPARE + 3 * max((file.stat().st_size for file in directory.path.glob("checkpoint.*")), default=0)

@@ -15,7 +15,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 from typing import BinaryIO
 
-from workflow.data.files import open_plain, regular, replacing
+from workflow.data.files import atomic_write, open_plain, regular
 from workflow.errors import ArchiveError
 
 SERIES = "series.txt"
@@ -145,7 +145,7 @@ class Series(Part):
                 kept += [line] if again.size > before else []
             whole = again.size == self.offset and not file.read(1)
         if not whole:
-            with replacing(self.path) as draft:
+            with atomic_write(self.path) as draft:
                 draft.write_bytes(b"".join(kept))
 
     def _gap(self, step: int, interval: int) -> ArchiveError:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from workflow.data.contact_law import ContactLaw
 from workflow.errors import InputError
 from workflow.scene.method2 import Method2
-from workflow.scene.parameter import quantity
+from workflow.scene.parameter import parameter
 
 MOST_STRESSES = 200  # of one run
 
@@ -28,12 +28,12 @@ class Consolidation(Method2):
     template: ClassVar[Path | None] = Path("method2.in")
     title: ClassVar[str] = "an aggregate pressed by a series of stresses (after G07 method 2)"
 
-    pstar: float = quantity(
+    pstar: float = parameter(
         10.0, float, "highest reduced pressure P* = P a/F0", symbol="P*", unit="F0/a", above=0.0, high=100.0
     )
-    pstar_first: float = quantity(1e-3, float, "lowest reduced pressure", symbol="P*", unit="F0/a", above=0.0, high=100.0)
-    per_decade: float = quantity(2.0, float, "stresses per factor of ten, at equal ratios", above=0.0, high=100.0)
-    unload: bool = quantity(False, bool, "go back through the same stresses to the lowest")
+    pstar_first: float = parameter(1e-3, float, "lowest reduced pressure", symbol="P*", unit="F0/a", above=0.0, high=100.0)
+    per_decade: float = parameter(2.0, float, "stresses per factor of ten, at equal ratios", above=0.0, high=100.0)
+    unload: bool = parameter(False, bool, "go back through the same stresses to the lowest")
 
     def __post_init__(self) -> None:
         super().__post_init__()

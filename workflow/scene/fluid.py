@@ -21,7 +21,7 @@ from numpy.ctypeslib import ndpointer
 
 from workflow.data.discs import Discs, strips
 from workflow.errors import EnvironmentFault, InputError
-from workflow.scene.placement import Floats, cell_length, place
+from workflow.scene.placement import Floats, cell_length, place_randomly
 
 LIBRARY = "hard_discs.so"
 CHAIN = 4.0  # length of a chain in largest diameters: a few free paths at the lowest densities
@@ -45,7 +45,7 @@ def fluid(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Ge
     reach = diameter + gap
     full = solid_fraction * float(np.sum(reach**2) / np.sum(diameter**2))
     shrink = min(1.0, float(np.sqrt(_THIN / full)))
-    start = place(shrink * reach, shrink**2 * full, 0.0, rng, by_size=False)
+    start = place_randomly(shrink * reach, shrink**2 * full, 0.0, rng, by_size=False)
     size = np.empty_like(diameter)
     size[np.argsort(start.diameter, kind="stable")] = np.sort(diameter)
     position = equilibrate(start.position, size, gap, length, rng)

@@ -17,7 +17,7 @@ from workflow.data.discs import Discs
 from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
-from workflow.scene.parameter import quantity
+from workflow.scene.parameter import parameter
 from workflow.scene.progress import of_heap
 from workflow.scene.time_step import Step
 
@@ -41,27 +41,27 @@ class Heap(Scene):
     figures: ClassVar[tuple[str, ...]] = ("heap",)
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
-    grains: int = quantity(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
-    index: float = quantity(
+    grains: int = parameter(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
+    index: float = parameter(
         36.0, float, "index n of the force (sigma/r)^(n+1)", symbol="n", low=4.0, high=1000.0, source="B97 sec. II"
     )
-    cutoff: float = quantity(
+    cutoff: float = parameter(
         1.2, float, "range r0 of the force", symbol="r0", unit="sigma", low=1.0, high=2.0, source="B97: 1.047 for n = 144"
     )
-    hooke: float = quantity(
+    hooke: float = parameter(
         0.0, float, "stiffness k of Hooke's law in place of the continuous one, 0: none", symbol="k", unit="mg/sigma",
         low=0.0, high=1e8, source="B97 eq. 14: 500",
     )  # fmt: skip
-    mu: float = quantity(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6")
-    alpha: float = quantity(1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97")
-    damping: float = quantity(0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8")
-    printed_rotation: bool = quantity(
+    mu: float = parameter(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6")
+    alpha: float = parameter(1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97")
+    damping: float = parameter(0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8")
+    printed_rotation: bool = parameter(
         False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13"
     )
-    printed_damping: bool = quantity(
+    printed_damping: bool = parameter(
         False, bool, "tangential damping of the centres' motion alone, as eq. 4 is printed", source="B97 eq. 4"
     )
-    polydispersity: float = quantity(
+    polydispersity: float = parameter(
         0.0,
         float,
         "delta: diameters uniform in [1 - delta, 1]",
@@ -70,23 +70,23 @@ class Heap(Scene):
         high=0.5,
         source="B97: 0, 0.05, 0.1",
     )
-    base: str = quantity("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
-    spacing: float = quantity(
+    base: str = parameter("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
+    spacing: float = parameter(
         None, float, "spacing of the base discs, default 1.0, as printed 1.1", symbol="S", unit="sigma", low=0.5, high=3.0,
         automatic=True, source="B97 sec. III",
     )  # fmt: skip
-    base_half_width: float | None = quantity(
+    base_half_width: float | None = parameter(
         None, float, "half the width of the base, default 1.6 sqrt(N) + 5", unit="sigma", above=1.0, high=1e5, automatic=True
     )
-    start: str = quantity("pour", str, "pour, or a pyramid on the lattice of the base", choices=("pour", "pyramid"))
-    feed_rate: float = quantity(0.62, float, "grains per time unit", above=0.0, high=10.0, source="B97 fig. 2")
-    feed_half_width: float = quantity(3.0, float, "grains start this near the middle", unit="sigma", low=0.0, high=1e3)
-    drop_height: float = quantity(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4)
-    seed: int = quantity(1, int, "seed of places and sizes", low=0, high=2**63 - 1)
-    force_tolerance: float = quantity(1e-4, float, "largest net force and moment at rest", unit="mg", above=0.0, high=1.0)
-    energy_tolerance: float = quantity(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
-    hold: float = quantity(2.0, float, "time that rest must last", unit="T0", low=0.0, high=1e6)
-    max_time: float | None = quantity(
+    start: str = parameter("pour", str, "pour, or a pyramid on the lattice of the base", choices=("pour", "pyramid"))
+    feed_rate: float = parameter(0.62, float, "grains per time unit", above=0.0, high=10.0, source="B97 fig. 2")
+    feed_half_width: float = parameter(3.0, float, "grains start this near the middle", unit="sigma", low=0.0, high=1e3)
+    drop_height: float = parameter(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4)
+    seed: int = parameter(1, int, "seed of places and sizes", low=0, high=2**63 - 1)
+    force_tolerance: float = parameter(1e-4, float, "largest net force and moment at rest", unit="mg", above=0.0, high=1.0)
+    energy_tolerance: float = parameter(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
+    hold: float = parameter(2.0, float, "time that rest must last", unit="T0", low=0.0, high=1e6)
+    max_time: float | None = parameter(
         None,
         float,
         "longest time, default that of the feed and 500 more",
@@ -95,22 +95,22 @@ class Heap(Scene):
         high=1e9,
         automatic=True,
     )
-    step: float | None = quantity(
+    step: float | None = parameter(
         None, float, "time step, default from the hardest impact", unit="T0", low=1e-9, high=1.0, automatic=True
     )
-    steps_per_period: float = quantity(14.0, float, "steps per stiffest period", low=4.0, high=1e4)
-    skin: float | None = quantity(
+    steps_per_period: float = parameter(14.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    skin: float | None = parameter(
         None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True
     )
-    scheme: str = quantity(
+    scheme: str = parameter(
         "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
         choices=("second", "paper"), source="B97 eqs. 9-12",
     )  # fmt: skip
-    account: bool = quantity(True, bool, "energy account (what viscosity and sliding dissipate)")
-    frame_interval: float = quantity(50.0, float, "time between frames, 0: first and last only", unit="T0", low=0.0, high=1e9)
-    track_interval: float = quantity(2.0, float, "time between records of all positions", unit="T0", above=0.0, high=1e9)
-    series_interval: float = quantity(1.0, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
-    checkpoint_interval: float = quantity(100.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
+    account: bool = parameter(True, bool, "energy account (what viscosity and sliding dissipate)")
+    frame_interval: float = parameter(50.0, float, "time between frames, 0: first and last only", unit="T0", low=0.0, high=1e9)
+    track_interval: float = parameter(2.0, float, "time between records of all positions", unit="T0", above=0.0, high=1e9)
+    series_interval: float = parameter(1.0, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
+    checkpoint_interval: float = parameter(100.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -32,8 +32,8 @@ class Method1(Packing):
         crosses the packing, K_N/(3 B) <= c/L with c = sqrt(K_N/rho), or it feeds the grains with energy for ever.
         """
         length = math.sqrt(self.n * self.mean_area / 0.8)
-        sound = math.sqrt(self.law_in_units.kn / (0.8 * 4.0 / math.pi))
-        return max(self.pressure / (3.0 * self.berendsen_rate), self.law_in_units.kn * length / (3.0 * sound))
+        speed = math.sqrt(self.law_in_units.kn / (0.8 * 4.0 / math.pi))
+        return max(self.pressure / (3.0 * self.berendsen_rate), self.law_in_units.kn * length / (3.0 * speed))
 
     @property
     def compression_time(self) -> float:

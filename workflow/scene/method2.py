@@ -12,7 +12,7 @@ from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.errors import InputError
 from workflow.scene.packing import Packing
-from workflow.scene.parameter import quantity
+from workflow.scene.parameter import parameter
 from workflow.scene.placement import VELOCITIES, gaussian
 from workflow.scene.time_step import Step, choose_step
 
@@ -41,43 +41,43 @@ class Method2(Packing):
     settling = ("relax", "free", "stiffen", "settle")
     relaxations = (("aggregate", "relax"), ("load", "settle"))
 
-    series: str = quantity(
+    series: str = parameter(
         "A", str, "the paper's set of samples: it sets phi0, kappa and soft_kappa where they are not given",
         choices=tuple(SERIES), source="G07 sec. III B 2",
     )  # fmt: skip
-    v0: float = quantity(
+    v0: float = parameter(
         9.48, float, "initial velocities (see velocities) in units of V* = sqrt(F0 D0/m)", symbol="V0", unit="V*",
         low=0.0, high=1e4, source="G07 sec. III B, table VI: 0.095 to 95",
     )  # fmt: skip
-    velocities: str = quantity(
+    velocities: str = parameter(
         None, str, "what V0 says of the initial velocities: rms of grains of equal temperature, of the same Gaussian for every "
         "mass, of a disc of mass 1 at equal temperature, or sqrt(2 x mean energy/m(a)) of the same Gaussian",
         choices=VELOCITIES, automatic=True, source="G07 sec. III B",
     )  # fmt: skip
-    phi0: float = quantity(
+    phi0: float = parameter(
         None, float, "initial solid fraction, default that of the series", symbol="Phi_I", low=1e-3, high=0.6,
         automatic=True, source="G07 table IV",
     )  # fmt: skip
-    kappa: float = quantity(
+    kappa: float = parameter(
         None, float, "stiffness K_N a/F0, default that of the series", symbol="kappa", low=1e2, high=1e8, automatic=True,
         source="G07 table I",
     )  # fmt: skip
-    soft_kappa: float = quantity(
+    soft_kappa: float = parameter(
         None, float, "stiffness K_N a/F0 until the cell is free, default that of the series, or kappa", symbol="kappa",
         low=10.0, high=1e8, automatic=True, source="G07 sec. III B 2",
     )  # fmt: skip
-    stiffening: float = quantity(
+    stiffening: float = parameter(
         100.0, float, "time in which the stiffness grows from soft_kappa to kappa", unit="T0", low=0.0, high=1e9
     )
-    pstar: float = quantity(
+    pstar: float = parameter(
         0.01, float, "reduced pressure P* = P a/F0 of the last stages, 0: end in equilibrium without stress", symbol="P*",
         unit="F0/a", low=0.0, high=100.0, source="G07 sec. III B",
     )  # fmt: skip
-    quiet: float = quantity(
+    quiet: float = parameter(
         20.0, float, "time without a change of contacts after which an aggregate, or a loaded packing, is taken as complete",
         unit="T0", low=0.0, high=1e9,
     )  # fmt: skip
-    max_time: float = quantity(
+    max_time: float = parameter(
         None, float, "longest time of each stage, default 5000, in series A0, whose last aggregates meet late, 20000",
         unit="T0", above=0.0, high=1e9, automatic=True,
     )  # fmt: skip

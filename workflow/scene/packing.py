@@ -15,7 +15,7 @@ from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.fluid import fluid
 from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
-from workflow.scene.placement import diameters, place
+from workflow.scene.placement import diameters, place_randomly
 from workflow.scene.progress import of_packing
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
@@ -216,7 +216,7 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         size, gap = diameters(self.n, self.smallest, rng), self.law_in_units.d0
         if self.initial == "fluid":
             return fluid(size, self.phi0, gap, self.random("fluid"))
-        return place(size, self.phi0, gap, rng, by_size=self.initial == "addition_by_size")
+        return place_randomly(size, self.phi0, gap, rng, by_size=self.initial == "addition_by_size")
 
     @property
     def check_interval(self) -> int:

@@ -82,7 +82,7 @@ class Quantity:
         return value >= self.low and value > self.above and value <= self.high
 
 
-def quantity(default: Any, kind: type, meaning: str, **known: Any) -> Any:
+def parameter(default: Any, kind: type, meaning: str, **known: Any) -> Any:
     """A dataclass field that carries its Quantity."""
     return field(default=default, metadata={"quantity": Quantity(kind, meaning, **known)})
 

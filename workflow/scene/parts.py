@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from workflow.data.contact_law import ContactLaw
-from workflow.scene.parameter import Parameters, quantity
+from workflow.scene.parameter import Parameters, parameter
 
 LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 
@@ -26,7 +26,7 @@ class Readings(Parameters):
 
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {}
 
-    as_printed: bool = quantity(
+    as_printed: bool = parameter(
         False, bool, "procedures as the paper prints them, where the default is another reading (docs/model.md)"
     )
 
@@ -46,37 +46,37 @@ class Readings(Parameters):
 class Grains(Parameters):
     """How many discs, of what sizes, and where they start."""
 
-    n: int = quantity(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
-    phi0: float = quantity(0.36, float, "initial solid fraction", symbol="Phi_I", low=1e-3, high=0.6, source="G07 table II")
-    smallest: float = quantity(
+    n: int = parameter(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
+    phi0: float = parameter(0.36, float, "initial solid fraction", symbol="Phi_I", low=1e-3, high=0.6, source="G07 table II")
+    smallest: float = parameter(
         0.5, float, "smallest diameter; sizes are uniform in [smallest, 1]", unit="a", low=0.01, high=1.0,
         source="G07 sec. II A",
     )  # fmt: skip
-    initial: str = quantity(
+    initial: str = parameter(
         None, str, "initial state: a hard-disc fluid in equilibrium, as mixing leaves it and at every phi0; or "
         "random_addition, disc by disc, jams earlier (sizes in [0.5, 1] near 0.47); or addition_by_size, largest first, which "
         "puts small discs between large ones", choices=("fluid", "random_addition", "addition_by_size"),
         source="D, G07 sec. III A is silent", automatic=True,
     )  # fmt: skip
-    seed: int = quantity(1, int, "seed of sizes and positions", low=0, high=2**63 - 1)
+    seed: int = parameter(1, int, "seed of sizes and positions", low=0, high=2**63 - 1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Material(Parameters):
     """The law's dimensionless numbers (G07 table I)."""
 
-    mu: float = quantity(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="G07 table I: 0.15, 0.5")
-    rolling: bool = quantity(False, bool, "rolling resistance", source="G07 eq. 10")
-    cohesion: bool = quantity(True, bool, "attraction F0 of range D0", source="G07 eq. 4")
-    kappa: float = quantity(
+    mu: float = parameter(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="G07 table I: 0.15, 0.5")
+    rolling: bool = parameter(False, bool, "rolling resistance", source="G07 eq. 10")
+    cohesion: bool = parameter(True, bool, "attraction F0 of range D0", source="G07 eq. 4")
+    kappa: float = parameter(
         1e5, float, "stiffness K_N a/F0 (K_N/P without cohesion or for P* > 1)", symbol="kappa", low=1e2, high=1e8,
         source="G07 table I",
     )  # fmt: skip
-    zeta: float = quantity(0.8, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0, source="G07 eq. 6")
-    d0: float = quantity(1e-3, float, "range of attraction", symbol="D0", unit="a", low=1e-6, high=0.1, source="G07 eq. 4")
-    kt_ratio: float = quantity(1.0, float, "tangential stiffness K_T/K_N", above=0.0, high=10.0, source="G07 table I")
-    kr_ratio: float = quantity(1e-4, float, "rolling stiffness K_r/(K_N a^2)", above=0.0, high=1.0, source="G07 table I")
-    mur: float | None = quantity(
+    zeta: float = parameter(0.8, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0, source="G07 eq. 6")
+    d0: float = parameter(1e-3, float, "range of attraction", symbol="D0", unit="a", low=1e-6, high=0.1, source="G07 eq. 4")
+    kt_ratio: float = parameter(1.0, float, "tangential stiffness K_T/K_N", above=0.0, high=10.0, source="G07 table I")
+    kr_ratio: float = parameter(1e-4, float, "rolling stiffness K_r/(K_N a^2)", above=0.0, high=1.0, source="G07 table I")
+    mur: float | None = parameter(
         None, float, "rolling friction mu_r, default 0.01 mu a", symbol="mu_r", unit="a", low=0.0, automatic=True,
         source="G07 table I",
     )  # fmt: skip
@@ -101,33 +101,33 @@ class Material(Parameters):
 class Cell(Parameters):
     """Stress control of the periodic cell (G07 eq. 3)."""
 
-    pstar: float = quantity(
+    pstar: float = parameter(
         0.01, float, "reduced pressure P* = P a/F0 (ignored without cohesion, where P = 1)", symbol="P*", unit="F0/a",
         above=0.0, high=100.0, source="G07 eq. 12",
     )  # fmt: skip
-    barostat: str = quantity(
+    barostat: str = parameter(
         "inertial", str, "inertial (G07 eq. 3) or LAMMPS's first-order berendsen", choices=("inertial", "berendsen")
     )
-    cell: str = quantity(
+    cell: str = parameter(
         None, str, "equation of the cell: of its lengths (Parrinello and Rahman; default) or of its strain (G07 eq. 3 as "
         "printed)", choices=("lengths", "strain"), automatic=True, source="G07 sec. II A",
     )  # fmt: skip
-    cell_mass: float = quantity(
+    cell_mass: float = parameter(
         None, float, "inertia of the cell: W/sum(m_i), default 0.6, with the equation of the lengths; M L/sum(m_i), default "
         "0.3, with that of the strain", above=0.0, high=1e4, automatic=True, source="G07 sec. II A prints 0.3",
     )  # fmt: skip
-    rate_cap: float = quantity(
+    rate_cap: float = parameter(
         None, float, "cap on the strain rate |dL/dt|/L0, 0 for none (default, but 0.05 in method2 as printed)", unit="1/T0",
         low=0.0, high=1e9, automatic=True, source="G07 sec. III B",
     )  # fmt: skip
-    wall_cap: float = quantity(
+    wall_cap: float = parameter(
         None, float, "cap on the speed of the walls |dL/dt|, 0 for none (default, but 0.05 in method2)", unit="a/T0", low=0.0,
         high=1e9, automatic=True, source="G07 sec. III B",
     )  # fmt: skip
-    convention: int = quantity(
+    convention: int = parameter(
         0, int, "c in m dv/dt = F + c m (dL/dt/L) v: 0 decided here, 1: L s'' = F/m, -1: Hamiltonian", low=-1, high=1
     )
-    berendsen_rate: float = quantity(
+    berendsen_rate: float = parameter(
         0.05, float, "strain rate of an empty cell under the berendsen barostat, lowered where a stiff packing needs it",
         unit="1/T0", above=0.0, high=10.0,
     )  # fmt: skip
@@ -137,27 +137,27 @@ class Cell(Parameters):
 class Equilibrium(Parameters):
     """When a stage ends (G07 sec. II D) and how the last vibrations are taken out."""
 
-    force_tolerance: float = quantity(
+    force_tolerance: float = parameter(
         1e-4, float, "largest net force and moment, and stress error unless a hundredth of P is less, in units of "
         "F1 = max(F0, P a)", above=0.0, high=1.0, source="G07 sec. II D",
     )  # fmt: skip
-    energy_tolerance: float = quantity(
+    energy_tolerance: float = parameter(
         5e-8, float, "kinetic energy per grain, without cohesion of those that are held, in units of F1 a", above=0.0,
         high=1.0, source="G07 sec. II D",
     )  # fmt: skip
-    hold: float | None = quantity(
+    hold: float | None = parameter(
         None, float, "time the criteria must hold, default 50 contact periods and 10 cell oscillations", unit="T0",
         low=0.0, high=1e9, automatic=True,
     )  # fmt: skip
-    dashpots: float = quantity(
+    dashpots: float = parameter(
         0.5, float, "dashpots on the tangential and rolling springs in the stages that wait for equilibrium, which start once "
         "the force-carrying network is calm; fraction of critical; 0 and drag 0: no such stage", low=0.0, high=1.0,
     )  # fmt: skip
-    drag: float = quantity(
+    drag: float = parameter(
         0.0, float, "background drag on grains and cell in the same stages; it also stops grains that roll or fly",
         unit="1/T0", low=0.0, high=100.0,
     )  # fmt: skip
-    max_time: float = quantity(
+    max_time: float = parameter(
         None, float, "longest time of each stage, default 500 or five times what the compression takes", unit="T0", above=0.0,
         high=1e9, automatic=True,
     )  # fmt: skip
@@ -167,21 +167,21 @@ class Equilibrium(Parameters):
 class Numerics(Parameters):
     """Step, neighbour list, energy account and output."""
 
-    step: float | None = quantity(
+    step: float | None = parameter(
         None, float, "time step, default from the stiffest period and the tail", unit="T0", low=1e-9, high=1.0, automatic=True
     )
-    steps_per_period: float = quantity(28.0, float, "steps per stiffest period", low=LEAST_STEPS, high=1e4)
-    skin: float | None = quantity(
+    steps_per_period: float = parameter(28.0, float, "steps per stiffest period", low=LEAST_STEPS, high=1e4)
+    skin: float | None = parameter(
         None, float, "neighbour skin, default 0.1 a or twice the range of attraction", unit="a", above=0.0, high=1.0,
         automatic=True,
     )  # fmt: skip
-    scheme: str = quantity(
+    scheme: str = parameter(
         "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
         choices=("second", "paper"),
     )  # fmt: skip
-    account: bool = quantity(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
-    frame_interval: float = quantity(
+    account: bool = parameter(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
+    frame_interval: float = parameter(
         0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0, high=1e9
     )
-    series_interval: float = quantity(0.2, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
-    checkpoint_interval: float = quantity(5.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
+    series_interval: float = parameter(0.2, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
+    checkpoint_interval: float = parameter(5.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)

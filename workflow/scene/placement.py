@@ -55,7 +55,9 @@ def gaussian(diameter: Floats, speed: float, meaning: str, rng: np.random.Genera
     return velocity * (speed / scale) if scale > 0.0 and len(diameter) > 1 else np.zeros_like(velocity)
 
 
-def place(diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator, *, by_size: bool = True) -> Discs:
+def place_randomly(
+    diameter: Floats, solid_fraction: float, gap: float, rng: np.random.Generator, *, by_size: bool = True
+) -> Discs:
     """Random sequential addition, larger discs first (``by_size``) or in random order, every gap at least ``gap``.
 
     A round proposes uniform points for the next class and keeps what overlaps neither a placed disc nor a proposal of an

@@ -44,7 +44,7 @@ FULL = Plan(16, (7, 14, 20, 28, 40, 56, 112, 224, 448), (7, 14, 28, 56), 4, 120,
 
 
 @dataclass(frozen=True)
-class Few:
+class FewBodyError:
     """One case, variant and step: ``error`` against the reference, ``residual`` of the energy account relative to the initial
     kinetic energy (None: the law keeps no account), ``seconds`` per simulated time unit T0: the
     median cost of a step over the runs of case and variant, times the steps (single runs are too short to time)."""
@@ -60,7 +60,7 @@ class Few:
 
 
 @dataclass(frozen=True)
-class Many:
+class PackingStatistics:
     """Packings of one case, variant and step: means over seeds and their standard errors; ``stress``: largest deviation of
     the two axes from the imposed one in F1/a, ``residual`` of the energy account relative to the larger of work and loss."""
 
@@ -80,7 +80,7 @@ class Many:
     seconds: float
 
 
-def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[Few]:
+def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[FewBodyError]:
     """Every case over steps and variants that can do it."""
     chosen = cases(plan.groups)
     jobs = [
@@ -95,31 +95,31 @@ def few_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr
         meter.add(5.0, f"reference of {case.name}")
     rows = []
     for case, variant, spp, steps in jobs:
-        discs, velocity, spin = case.discs()
+        discs, velocity, omega = case.discs()
         law = case.law
         values = {
             **asdict(law), "contact_model": variant.law, "scheme": variant.scheme, "step": case.duration / steps,
             "steps": steps,
         }  # fmt: skip
-        outcome = run(discs, {**values, "pair_mass": 0.5}, velocity=velocity, spin=spin)
+        outcome = run(discs, {**values, "pair_mass": 0.5}, velocity=velocity, omega=omega)
         rows.append(_few(case, variant, spp, case.error(outcome, exact[case.name]), outcome, steps))
-        meter.add(_cost(variant, len(spin), steps), f"{case.name}, {variant.name}, {spp:g} steps per period")
+        meter.add(_cost(variant, len(omega), steps), f"{case.name}, {variant.name}, {spp:g} steps per period")
     meter.end()
     return timed(rows)
 
 
-def timed(rows: Sequence[Few]) -> list[Few]:
+def timed(rows: Sequence[FewBodyError]) -> list[FewBodyError]:
     """Rows with their seconds replaced by the median cost of a step times the steps in T0."""
     costs = {key: float(np.median([r.seconds * r.step for r in _of(rows, key)])) for key in {(r.case, r.variant) for r in rows}}
     return [replace(row, seconds=costs[row.case, row.variant] / row.step) for row in rows]
 
 
-def _few(case: Case, variant: Variant, spp: float, error: float, outcome: Outcome, steps: int) -> Few:
-    discs, velocity, spin = case.discs()
-    kinetic = 0.5 * float(discs.diameter**2 @ ((velocity**2).sum(axis=1) + discs.diameter**2 * spin**2 / 8.0))
+def _few(case: Case, variant: Variant, spp: float, error: float, outcome: Outcome, steps: int) -> FewBodyError:
+    discs, velocity, omega = case.discs()
+    kinetic = 0.5 * float(discs.diameter**2 @ ((velocity**2).sum(axis=1) + discs.diameter**2 * omega**2 / 8.0))
     residual = abs(outcome.result["end"] - outcome.result["begin"]) / kinetic if variant.law == "disc" else None
     seconds = outcome.seconds / case.duration
-    return Few(case.name, variant.name, spp, case.duration / steps, error, residual, seconds, len(spin))
+    return FewBodyError(case.name, variant.name, spp, case.duration / steps, error, residual, seconds, len(omega))
 
 
 def period(case: Case) -> float:
@@ -132,7 +132,7 @@ def _cost(variant: Variant, grains: int, steps: float) -> float:
     return START_COST + COST[variant.law] * grains * steps
 
 
-def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[Many]:
+def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stderr) -> list[PackingStatistics]:
     """Method 1 for a fixed time over steps, variants and seeds; without the settling stage, which only we have."""
     scenes = {
         name: [Method1(n=plan.grains, seed=k, cohesion=cohesion, cell="strain") for k in range(1, plan.seeds + 1)]
@@ -156,7 +156,7 @@ def many_bodies(plan: Plan, variants: Sequence[Variant], out: TextIO = sys.stder
     return rows
 
 
-def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1], duration: float) -> Many:
+def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1], duration: float) -> PackingStatistics:
     step = scenes[0].step_choice.period / spp
     steps = math.ceil(duration / step)
     numbers, residuals, seconds = [], [], []
@@ -178,7 +178,7 @@ def _packings(name: str, variant: Variant, spp: float, scenes: Sequence[Method1]
     mean = np.mean(numbers, axis=0)
     spread = np.std(numbers, axis=0, ddof=1) / math.sqrt(len(numbers)) if len(numbers) > 1 else np.zeros(3)
     residual = float(np.mean(residuals)) if variant.law == "disc" else None
-    return Many(
+    return PackingStatistics(
         name, variant.name, spp, step, len(scenes), len(discs.diameter), float(mean[0]), float(spread[0]), float(mean[1]),
         float(spread[1]), float(mean[2]), float(spread[2]), residual, float(np.mean(seconds)),
     )  # fmt: skip
@@ -194,7 +194,7 @@ def coordination(discs: Discs, outcome: Outcome, reach: float) -> float:
     return 2.0 * float(np.sum(gap <= reach if reach > 0.0 else gap < 0.0)) / len(discs.diameter)
 
 
-def orders(rows: Sequence[Few]) -> dict[tuple[str, str], float]:
+def orders(rows: Sequence[FewBodyError]) -> dict[tuple[str, str], float]:
     """Order p of error ~ step^p per case and variant: least squares in logarithms over the finer steps."""
     found = {}
     for key in dict.fromkeys((row.case, row.variant) for row in rows):
@@ -205,7 +205,7 @@ def orders(rows: Sequence[Few]) -> dict[tuple[str, str], float]:
     return found
 
 
-def recommend(rows: Sequence[Few], wanted: float) -> list[dict[str, object]]:
+def recommend(rows: Sequence[FewBodyError], wanted: float) -> list[dict[str, object]]:
     """Per case and variant the fewest steps per period from which on every error is at most ``wanted``.
 
     ``steps_per_period`` by interpolation between the steps that were run, ``step`` in T0 of that case; None, with the
@@ -224,7 +224,7 @@ def recommend(rows: Sequence[Few], wanted: float) -> list[dict[str, object]]:
     return answers
 
 
-def _crossing(coarse: Few, fine: Few, wanted: float) -> float:
+def _crossing(coarse: FewBodyError, fine: FewBodyError, wanted: float) -> float:
     """Steps per period at which the line between two points, in logarithms, meets ``wanted``."""
     if not math.isfinite(coarse.error) or fine.error <= 0.0 or coarse.error <= fine.error:
         return fine.steps_per_period
@@ -232,11 +232,13 @@ def _crossing(coarse: Few, fine: Few, wanted: float) -> float:
     return coarse.steps_per_period * (fine.steps_per_period / coarse.steps_per_period) ** share
 
 
-def _of(rows: Sequence[Few], key: tuple[str, str]) -> list[Few]:
+def _of(rows: Sequence[FewBodyError], key: tuple[str, str]) -> list[FewBodyError]:
     return [row for row in rows if (row.case, row.variant) == key]
 
 
-def study(plan: Plan, *, variants: Sequence[Variant] = VARIANTS, out: TextIO = sys.stderr) -> tuple[list[Few], list[Many]]:
+def study(
+    plan: Plan, *, variants: Sequence[Variant] = VARIANTS, out: TextIO = sys.stderr
+) -> tuple[list[FewBodyError], list[PackingStatistics]]:
     """Both parts."""
     print("few bodies against the reference", file=out)
     few = few_bodies(plan, variants, out)

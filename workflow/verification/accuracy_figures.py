@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from workflow.reports.figures import BLUE, GREEN, INK, ORANGE, RED, STYLE, PathLike, save
-from workflow.verification.accuracy import Few, Many
+from workflow.verification.accuracy import FewBodyError, PackingStatistics
 
 # drawn one over the other, each smaller than the last, so that curves that coincide are all seen
 LOOK = ((BLUE, "o", 7.0), (ORANGE, "D", 5.0), (RED, "s", 3.5), (GREEN, "^", 2.5), (INK, "v", 2.0))
 
 
 def few_figure(
-    rows: Sequence[Few], orders: Mapping[tuple[str, str], float], path: PathLike, *, wanted: float, against_time: bool
+    rows: Sequence[FewBodyError], orders: Mapping[tuple[str, str], float], path: PathLike, *, wanted: float, against_time: bool
 ) -> None:
     """One panel per case: error against steps per stiffest period with the fitted order, or against run time.
 
@@ -48,7 +48,7 @@ def few_figure(
         save(figure, path)
 
 
-def many_figure(rows: Sequence[Many], path: PathLike) -> None:
+def many_figure(rows: Sequence[PackingStatistics], path: PathLike) -> None:
     """Packings: solid fraction, coordination and stress with their standard errors, and energy residual, over run time."""
     names = list(dict.fromkeys(row.case for row in rows))
     variants = list(dict.fromkeys(row.variant for row in rows))
@@ -73,7 +73,7 @@ def many_figure(rows: Sequence[Many], path: PathLike) -> None:
         save(figure, path)
 
 
-def _bulk(line: Sequence[Axes], of: Sequence[Many], look: dict[str, Any]) -> None:
+def _bulk(line: Sequence[Axes], of: Sequence[PackingStatistics], look: dict[str, Any]) -> None:
     seconds = [row.seconds for row in of]
     for axes, name in zip(line, ("solid_fraction", "coordination", "stress"), strict=False):
         bars = [getattr(row, f"{name}_error") for row in of]

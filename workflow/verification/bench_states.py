@@ -16,7 +16,7 @@ from workflow.errors import InputError
 from workflow.pipeline.archived import archived
 from workflow.runs.directory import ARCHIVE, RunDirectory
 from workflow.runs.launch import run_template
-from workflow.scene.placement import cell_length, diameters, gaussian, place
+from workflow.scene.placement import cell_length, diameters, gaussian, place_randomly
 
 GAS, DENSE = 0.36, 0.80  # solid fractions
 SPEED = 0.3  # root mean square speed of the gas
@@ -26,7 +26,7 @@ GAP = 1e-4  # least gap at placement
 def gas(n: int) -> Discs:
     """``n`` discs with diameters in [1/2, 1] at solid fraction GAS with Maxwell velocities; the same for the same n."""
     rng = np.random.default_rng(n)
-    discs = place(diameters(n, 0.5, rng), GAS, GAP, rng)
+    discs = place_randomly(diameters(n, 0.5, rng), GAS, GAP, rng)
     return Discs(discs.diameter, discs.position, discs.cell, gaussian(discs.diameter, SPEED, "temperature", rng))
 
 

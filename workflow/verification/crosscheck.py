@@ -19,16 +19,16 @@ from scipy.stats import ks_2samp
 
 from workflow.archive.dumps import read_blocks
 from workflow.data.balance import solid_fraction
-from workflow.data.build import make_frame, touching_pairs
+from workflow.data.build import make_frame, pairs_in_contact
 from workflow.data.discs import Discs
 from workflow.data.progress import Meter
 from workflow.data.series import read_series
 from workflow.deck.template import DATA, DECK, data_file, render
 from workflow.errors import EngineError
-from workflow.measures.contacts import coordination, kinetic_energy
+from workflow.measures.packing import coordination, kinetic_energy
 from workflow.runs.launch import run_deck
 from workflow.scene.method1 import Method1
-from workflow.scene.placement import Floats, diameters, place
+from workflow.scene.placement import Floats, diameters, place_randomly
 from workflow.verification.one_run import Outcome, outcome_of
 from workflow.verification.other_engines import PEERS, prepare
 from workflow.verification.other_engines import run as run_peer
@@ -90,7 +90,7 @@ def grains(scene: Method1) -> Discs:
     size = diameters(scene.n, scene.smallest, rng)
     if width:
         size = scene.smallest + width * (np.floor((size - scene.smallest) / width) + 0.5)
-    return place(size, scene.phi0, 0.0, rng)
+    return place_randomly(size, scene.phi0, 0.0, rng)
 
 
 @dataclass(frozen=True)
@@ -183,13 +183,13 @@ def measured(
     scene: Method1, name: str, discs: Discs, end: Outcome, exact: Result | None, way: Floats, seconds: float
 ) -> Result:
     """The numbers of the packing at ``end``; ``exact``: that of the exact law, ``way``: its `course`."""
-    i, j = touching_pairs(end.position, discs.diameter, end.cell)
+    i, j = pairs_in_contact(end.position, discs.diameter, end.cell)
     branch = end.position[j] - end.position[i]
     branch -= end.cell * np.round(branch / end.cell)
     overlap = (discs.diameter[i] + discs.diameter[j]) / 2.0 - np.hypot(*branch.T)
     normal = scene.law_in_units.kn * overlap
     pairs = {"i": i, "j": j, "branch": branch, "normal": normal}
-    frame = make_frame(end.position, discs.diameter, end.cell, pairs, velocity=end.velocity, spin=end.spin)
+    frame = make_frame(end.position, discs.diameter, end.cell, pairs, velocity=end.velocity, omega=end.omega)
     threshold = scene.force_tolerance * scene.force_unit
     network, force = coordination(frame, threshold=threshold), normal[normal > threshold]
     if not len(force):

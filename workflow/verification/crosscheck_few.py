@@ -32,7 +32,7 @@ COUNT = 8  # groups of each case
 
 
 @dataclass(frozen=True)
-class Few:
+class FewBodyError:
     """One case, engine and step.  ``error``: root mean square over groups of the largest difference of position [a], velocity
     and surface velocity [impact speed] to the reference of our law; ``to_granular``: the same to LAMMPS's `granular` at
     the same step, None where that did not run."""
@@ -50,13 +50,13 @@ def few_cases(count: int = COUNT, seed: int = 1) -> list[Case]:
     rng = np.random.default_rng(seed)
     speeds = np.linspace(0.3, 1.0, count)
 
-    def impacts(across: float, spin: float) -> list[Group]:
+    def impacts(across: float, omega: float) -> list[Group]:
         groups = []
         for k, speed in enumerate(speeds):
             first, second = ((1.0, 0.75), (0.75, 0.5), (1.0, 1.0), (1.0, 0.5))[k % 4]
             distance = 0.5 * (first + second) + rng.uniform(2e-3, 4e-3)
             moving = [-speed, across * speed * (-1) ** k]
-            turning = spin * rng.normal(size=2)
+            turning = omega * rng.normal(size=2)
             groups.append(Group([[0, 0], [distance, 0]], [[0, 0], moving], turning, [first, second]))  # type: ignore[arg-type]
         return groups
 
@@ -95,7 +95,7 @@ def few_bodies(
     steps: Sequence[float] = STEPS,
     chosen: Sequence[Case] | None = None,
     out: TextIO = sys.stderr,
-) -> list[Few]:
+) -> list[FewBodyError]:
     """Cases (default: every one) in our engine, LAMMPS's `granular` and ``peers``, at so many steps per stiffest period."""
     chosen, engines = chosen or few_cases(), (TWIN, *(name for name in OWN if name != TWIN), *peers)
     meter = Meter(len(chosen) * len(steps) * len(engines), out)
@@ -110,15 +110,15 @@ def few_bodies(
                 found[name] = case.measure(case.groups, case.states(end))
                 meter.add(1, f"{case.name}, {name}, {many:g} steps per period")
                 error, twin = (case.distance(found[name], other) for other in (exact, found[TWIN]))
-                rows.append(Few(case.name, name, many, case.duration / count, error, twin))
+                rows.append(FewBodyError(case.name, name, many, case.duration / count, error, twin))
     meter.end()
     return rows
 
 
 def _run(name: str, case: Case, step: float, steps: int) -> Outcome:
-    discs, velocity, spin = case.discs()
+    discs, velocity, omega = case.discs()
     if name in OWN:
         values = {**asdict(case.law), **OWN[name], "step": step, "steps": steps}
-        return run_own(discs, values, velocity=velocity, spin=spin)
+        return run_own(discs, values, velocity=velocity, omega=omega)
     with tempfile.TemporaryDirectory() as folder:
-        return run_peer(Path(folder), name, discs, case.law, {"step": step, "steps": steps}, velocity, spin)
+        return run_peer(Path(folder), name, discs, case.law, {"step": step, "steps": steps}, velocity, omega)

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from workflow.reports.figures import BLUE, GREEN, ORANGE, RED, STYLE, PathLike, save
 from workflow.verification.accuracy_figures import LOOK, panel
 from workflow.verification.crosscheck import CONTROL, EXACT, Result
-from workflow.verification.crosscheck_few import Few
+from workflow.verification.crosscheck_few import FewBodyError
 
 COLOURS = {EXACT: BLUE, CONTROL: GREEN, "liggghts": ORANGE, "yade": RED}
 EDGES = np.linspace(0.0, 4.5, 19)  # of N/<N>
 
 
-def few_figure(rows: Sequence[Few], path: PathLike) -> None:
+def few_figure(rows: Sequence[FewBodyError], path: PathLike) -> None:
     """One column per case: above the difference to the reference of our law, below that to LAMMPS's `granular`."""
     names = list(dict.fromkeys(row.case for row in rows))
     engines = list(dict.fromkeys(row.engine for row in rows))

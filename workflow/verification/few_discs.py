@@ -30,11 +30,11 @@ ROLLING = {"kr": 10.0, "mur": 5e-3}
 
 @dataclass(frozen=True)
 class State:
-    """Of one group at the end: ``position``, ``velocity`` (n, 2), ``spin`` (n,)."""
+    """Of one group at the end: ``position``, ``velocity`` (n, 2), ``omega`` (n,)."""
 
     position: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
 
 
 Measure = Callable[[Sequence[Group], Sequence[State]], Floats]
@@ -62,12 +62,12 @@ class Case:
         diameter = np.concatenate([group.diameter for group in self.groups])
         cell = np.full(2, SPACING * across)
         velocity = np.vstack([group.velocity for group in self.groups])
-        return Discs(diameter, position, cell), velocity, np.concatenate([group.spin for group in self.groups])
+        return Discs(diameter, position, cell), velocity, np.concatenate([group.omega for group in self.groups])
 
     def reference(self) -> list[State]:
         """The final states by the reference integrator."""
         runs: list[Trajectory] = [integrate(CohesiveLaw(**asdict(self.law)), group, self.duration) for group in self.groups]
-        return [State(run.position[-1], run.velocity[-1], run.spin[-1]) for run in runs]
+        return [State(run.position[-1], run.velocity[-1], run.omega[-1]) for run in runs]
 
     def states(self, outcome: Outcome) -> list[State]:
         """The final states of an engine run, relative to each group's place as in `reference`."""
@@ -75,7 +75,7 @@ class Case:
         ends = np.cumsum([len(group.diameter) for group in self.groups])
         rows = [slice(end - len(group.diameter), end) for end, group in zip(ends, self.groups, strict=True)]
         return [
-            State(outcome.position[r] - start[r] + group.position, outcome.velocity[r], outcome.spin[r])
+            State(outcome.position[r] - start[r] + group.position, outcome.velocity[r], outcome.omega[r])
             for r, group in zip(rows, self.groups, strict=True)
         ]
 
@@ -92,19 +92,19 @@ def trajectory(groups: Sequence[Group], states: Sequence[State]) -> Floats:
     most = max(len(group.diameter) for group in groups)
     table = np.zeros((len(groups), 5 * most))
     for row, group, state in zip(table, groups, states, strict=True):
-        values = (state.position.ravel(), state.velocity.ravel() / SPEED, state.spin * group.diameter / 2.0 / SPEED)
+        values = (state.position.ravel(), state.velocity.ravel() / SPEED, state.omega * group.diameter / 2.0 / SPEED)
         row[: 5 * len(group.diameter)] = np.concatenate(values)
     return table
 
 
 def restitution(groups: Sequence[Group], states: Sequence[State]) -> Floats:
     """Receding speed over approach speed of each pair."""
-    return np.array([[receding(state) / -receding(group)] for group, state in zip(groups, states, strict=True)])
+    return np.array([[vn(state) / -vn(group)] for group, state in zip(groups, states, strict=True)])
 
 
 def capture_speed(groups: Sequence[Group], states: Sequence[State]) -> Floats:
     """Approach speed at which nothing is left: the root of v_out^2 as a parabola of v_in^2 over the pairs that escaped."""
-    speeds = np.array([[-receding(group), receding(state)] for group, state in zip(groups, states, strict=True)])
+    speeds = np.array([[-vn(group), vn(state)] for group, state in zip(groups, states, strict=True)])
     # a captured pair swings within its tail, a free one is far out of it
     free = np.array([gap(group, state.position) > 2.0 * TAIL["d0"] for group, state in zip(groups, states, strict=True)])
     into, out = (speeds[free & (speeds[:, 1] > 0.0)] ** 2).T
@@ -118,13 +118,12 @@ def capture_speed(groups: Sequence[Group], states: Sequence[State]) -> Floats:
 def pull_off_work(groups: Sequence[Group], states: Sequence[State]) -> Floats:
     """Kinetic energy of the relative motion spent on separation."""
     work = [
-        0.5 / group.inverse_mass.sum() * (receding(group) ** 2 - receding(state) ** 2)
-        for group, state in zip(groups, states, strict=True)
+        0.5 / group.inverse_mass.sum() * (vn(group) ** 2 - vn(state) ** 2) for group, state in zip(groups, states, strict=True)
     ]
     return np.array(work)[:, None]
 
 
-def receding(state: Group | State) -> float:
+def vn(state: Group | State) -> float:
     """n.(v_j - v_i) of a pair."""
     branch = state.position[1] - state.position[0]
     return float((state.velocity[1] - state.velocity[0]) @ branch / np.hypot(*branch))

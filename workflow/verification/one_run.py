@@ -42,13 +42,13 @@ VARIANTS = (
 class Outcome:
     """Final state (rows in the order of the data), the numbers the deck printed, processor seconds of the timed loop.
 
-    ``position`` (N, 2) unwrapped, ``velocity`` (N, 2), ``spin`` (N,); ``cell`` (2,).  ``result``: begin, end (energy
+    ``position`` (N, 2) unwrapped, ``velocity`` (N, 2), ``omega`` (N,); ``cell`` (2,).  ``result``: begin, end (energy
     account), through (energy that went through), kinetic, pxx, pyy.
     """
 
     position: Floats
     velocity: Floats
-    spin: Floats
+    omega: Floats
     cell: Floats
     result: dict[str, float]
     seconds: float
@@ -59,17 +59,17 @@ def run(
     values: dict[str, object],
     *,
     velocity: Floats | None = None,
-    spin: Floats | None = None,
+    omega: Floats | None = None,
     patience: float | None = None,
 ) -> Outcome:
-    """Run the deck on ``discs``, at rest unless ``velocity`` (N, 2) and ``spin`` (N,) are given.
+    """Run the deck on ``discs``, at rest unless ``velocity`` (N, 2) and ``omega`` (N,) are given.
 
     Raises InputError with the engine's words if it refuses the input before the first step, EngineError if it stops
     later or does not end within ``patience`` seconds.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        text = data_file(discs) + ("" if velocity is None else velocities(velocity, spin))
+        text = data_file(discs) + ("" if velocity is None else velocities(velocity, omega))
         (folder / "grains.data").write_text(text, encoding="ascii")
         done = run_template(folder, "accuracy.in", {**values, "data": "grains.data"}, patience=patience)
         found = re.findall(r"^RESULT (.*)$", done.log, re.MULTILINE)
@@ -88,9 +88,9 @@ def _processor_time(log: str) -> float:
     return loop * float(share[1]) / 100.0 if share and loop > COARSE else loop
 
 
-def velocities(velocity: Floats, spin: Floats | None) -> str:
+def velocities(velocity: Floats, omega: Floats | None) -> str:
     """Section Velocities of a data file."""
-    turning = np.zeros(len(velocity)) if spin is None else spin
+    turning = np.zeros(len(velocity)) if omega is None else omega
     rows = zip(velocity.tolist(), turning.tolist(), strict=True)
     return "\nVelocities\n\n" + "".join(f"{k} {u!r} {v!r} 0 0 0 {w!r}\n" for k, ((u, v), w) in enumerate(rows, 1))
 

@@ -28,7 +28,7 @@ PEERS = ("liggghts", "yade")
 DENSITY = 4.0 / math.pi  # of a disc with m = d^2
 
 
-def liggghts_data(discs: Discs, velocity: Floats, spin: Floats) -> str:
+def liggghts_data(discs: Discs, velocity: Floats, omega: Floats) -> str:
     """Data file of atom_style granular: one type per diameter, the centre of the cell at 0 (deformations start from there)."""
     sizes, kind = np.unique(discs.diameter, return_inverse=True)
     width, height = (discs.cell / 2.0).tolist()
@@ -38,7 +38,7 @@ def liggghts_data(discs: Discs, velocity: Floats, spin: Floats) -> str:
     )
     rows = zip(kind.tolist(), discs.diameter.tolist(), (discs.position - discs.cell / 2.0).tolist(), strict=True)
     text = head + "".join(f"{k} {t + 1} {d!r} {DENSITY!r} {x!r} {y!r} 0\n" for k, (t, d, (x, y)) in enumerate(rows, 1))
-    return text + velocities(velocity, spin)
+    return text + velocities(velocity, omega)
 
 
 def liggghts_law(discs: Discs, law: ContactLaw) -> str:
@@ -56,7 +56,7 @@ def liggghts_law(discs: Discs, law: ContactLaw) -> str:
 
 
 def prepare(
-    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, spin: Floats
+    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, omega: Floats
 ) -> list[str]:
     """Write deck, grains and run.sh to ``folder``, made if it is not there; the command in run.sh.
 
@@ -64,12 +64,12 @@ def prepare(
     """
     folder.mkdir(parents=True, exist_ok=True)
     if program == "liggghts":
-        files = {"liggghts.data": liggghts_data(discs, velocity, spin), "liggghts.law": liggghts_law(discs, law)}
+        files = {"liggghts.data": liggghts_data(discs, velocity, omega), "liggghts.law": liggghts_law(discs, law)}
         deck = "crosscheck_liggghts.in"
         options = [str(word) for name, value in values.items() for word in ("-var", name, value)]
         command = [program, "-in", deck, "-screen", "none", *options]
     else:
-        files = {"grains.data": data_file(discs) + velocities(velocity, spin)}
+        files = {"grains.data": data_file(discs) + velocities(velocity, omega)}
         deck = "crosscheck_yade.py"
         known = {"kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": law.mu, **values}
         command = [program, "-n", "-x", "-j1", deck, *(f"{name}={value!r}" for name, value in known.items())]
@@ -80,13 +80,13 @@ def prepare(
 
 
 def run(
-    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, spin: Floats
+    folder: Path, program: str, discs: Discs, law: ContactLaw, values: dict[str, float | int], velocity: Floats, omega: Floats
 ) -> Outcome:
     """`prepare` and run; the final state with ``position`` unwrapped, in the order of the data.
 
     Raises EngineError with the program's words if it stops.
     """
-    command = prepare(folder, program, discs, law, values, velocity, spin)
+    command = prepare(folder, program, discs, law, values, velocity, omega)
     dump = folder / "grains.dump"
     dump.unlink(missing_ok=True)
     begun = time.perf_counter()

@@ -14,7 +14,9 @@ from workflow.verification.figures import FIGURES
 from workflow.verification.stability import INACCURATE, OVERLAP, RESIDUAL, UNSTABLE, Verdict
 
 
-def write_accuracy(out: Path, few: list[accuracy.Few], many: list[accuracy.Many], wanted: float, words: str) -> None:
+def write_accuracy(
+    out: Path, few: list[accuracy.FewBodyError], many: list[accuracy.PackingStatistics], wanted: float, words: str
+) -> None:
     """Tables, figures and the page."""
     from workflow.reports.study_page import write_page
 
@@ -72,7 +74,7 @@ def write_stability(out: Path, found: list[Verdict], words: str) -> None:
     )
 
 
-def write_crosscheck(out: Path, few: Sequence[crosscheck_few.Few], made: Sequence[crosscheck.Result]) -> None:
+def write_crosscheck(out: Path, few: Sequence[crosscheck_few.FewBodyError], made: Sequence[crosscheck.Result]) -> None:
     """Tables and figures."""
     packed = [result.row for result in made]
     if few:

@@ -26,7 +26,7 @@ from workflow.runs.directory import RunDirectory
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.parts import Numerics
-from workflow.scene.placement import Floats, place
+from workflow.scene.placement import Floats, place_randomly
 from workflow.scene.time_step import Step, choose_step
 from workflow.verification.one_run import VARIANTS, Variant, run
 
@@ -140,7 +140,7 @@ def heap_of(overlap: float) -> Callable[[], Setting]:
     def setting() -> Setting:
         scene = Method1(n=GRAINS, cohesion=False)
         rng = np.random.default_rng(1)
-        small = place(np.full(GRAINS, 1.0), 0.5, 0.0, rng)
+        small = place_randomly(np.full(GRAINS, 1.0), 0.5, 0.0, rng)
         discs = Discs(small.diameter / (1.0 - overlap), small.position, small.cell)
         return Setting(discs, scene.law_in_units, choose_step(scene.law_in_units, 1.0, 1.0, Numerics()), 1.0)
 

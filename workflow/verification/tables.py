@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # a command does not load what it does not run
     from workflow.verification.bench import Timing
     from workflow.verification.crosscheck import Mean, Packed
-    from workflow.verification.crosscheck_few import Few
+    from workflow.verification.crosscheck_few import FewBodyError
     from workflow.verification.scale import Estimate, Stage
 
 TITLES = f"{'ns per grain and step':26s}  median    least ..   most  /hooke  /exact   pair  neigh   comm modify  other"
@@ -62,7 +62,7 @@ def estimate_lines(one: Estimate) -> list[str]:
     ]
 
 
-def few_table(rows: Sequence[Few]) -> list[str]:
+def few_table(rows: Sequence[FewBodyError]) -> list[str]:
     """Few bodies: for each case and engine the errors at the coarsest and finest step."""
     if not rows:
         return []

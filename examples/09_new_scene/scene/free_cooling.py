@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from workflow.data.discs import Discs
 from workflow.scene.packing import Packing
-from workflow.scene.parameter import quantity
+from workflow.scene.parameter import parameter
 from workflow.scene.placement import gaussian
 
 # what a cell under stress needs and this deck has not
@@ -41,15 +41,15 @@ class FreeCooling(Packing):
     stages: ClassVar[dict[int, str]] = {1: "cool"}
 
     # a new parameter, and other defaults for known ones; everything else is that of Packing
-    v0: float = quantity(
+    v0: float = parameter(
         1.0, float, "root mean square of the initial velocities", symbol="V0", unit="a/T0", above=0.0, high=1e3
     )
-    cohesion: bool = quantity(False, bool, "attraction F0 of range D0")
-    phi0: float = quantity(0.2, float, "solid fraction", symbol="Phi", low=1e-3, high=0.6)
-    smallest: float = quantity(1.0, float, "smallest diameter", unit="a", low=0.01, high=1.0)
-    mu: float = quantity(0.0, float, "friction coefficient", symbol="mu", low=0.0)
-    zeta: float = quantity(0.05, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0)
-    max_time: float = quantity(20.0, float, "time to cool", unit="T0", above=0.0, high=1e9)
+    cohesion: bool = parameter(False, bool, "attraction F0 of range D0")
+    phi0: float = parameter(0.2, float, "solid fraction", symbol="Phi", low=1e-3, high=0.6)
+    smallest: float = parameter(1.0, float, "smallest diameter", unit="a", low=0.01, high=1.0)
+    mu: float = parameter(0.0, float, "friction coefficient", symbol="mu", low=0.0)
+    zeta: float = parameter(0.05, float, "damping, fraction of critical", symbol="zeta", low=0.0, high=2.0)
+    max_time: float = parameter(20.0, float, "time to cool", unit="T0", above=0.0, high=1e9)
 
     @property
     def approach_speed(self) -> float:

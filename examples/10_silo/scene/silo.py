@@ -15,7 +15,7 @@ from workflow.data.discs import Discs
 from workflow.pipeline.kinds import KINDS, Kind
 from workflow.reports.registry import FIGURES, RUNS, Figure
 from workflow.scene.base import Scene, Units
-from workflow.scene.parameter import quantity
+from workflow.scene.parameter import parameter
 from workflow.scene.parts import Material, Numerics
 from workflow.scene.time_step import choose_step
 
@@ -34,14 +34,14 @@ class Silo(Scene, Numerics, Material):
     template: ClassVar[Path | None] = Path(__file__).with_name("silo.in").resolve()
     stages: ClassVar[dict[int, str]] = {1: "flow"}
 
-    n: int = quantity(200, int, "number of grains", symbol="N", low=1, high=1e6)
-    width: int = quantity(12, int, "width between the walls", unit="a", low=4, high=1000)
-    opening: int = quantity(5, int, "discs that are left out of the bottom", unit="a", low=1, high=998)
-    smallest: float = quantity(0.8, float, "smallest diameter", unit="a", low=0.1, high=1.0)
-    cohesion: bool = quantity(False, bool, "attraction of the weight of the largest grain")
-    kappa: float = quantity(1e4, float, "stiffness K_N a/(m g)", low=1e2, high=1e8)
-    max_time: float = quantity(30.0, float, "longest time", unit="sqrt(a/g)", above=0.0, high=1e6)
-    seed: int = quantity(1, int, "seed of sizes and places", low=0, high=2**63 - 1)
+    n: int = parameter(200, int, "number of grains", symbol="N", low=1, high=1e6)
+    width: int = parameter(12, int, "width between the walls", unit="a", low=4, high=1000)
+    opening: int = parameter(5, int, "discs that are left out of the bottom", unit="a", low=1, high=998)
+    smallest: float = parameter(0.8, float, "smallest diameter", unit="a", low=0.1, high=1.0)
+    cohesion: bool = parameter(False, bool, "attraction of the weight of the largest grain")
+    kappa: float = parameter(1e4, float, "stiffness K_N a/(m g)", low=1e2, high=1e8)
+    max_time: float = parameter(30.0, float, "longest time", unit="sqrt(a/g)", above=0.0, high=1e6)
+    seed: int = parameter(1, int, "seed of sizes and places", low=0, high=2**63 - 1)
 
     @property
     def size(self):
@@ -118,11 +118,11 @@ def measure(run, frame):
 # ---- its figure, of a run
 def discharge(runs: Sequence[Any], paths: Sequence[Path]) -> None:
     """Grains that passed against time, a curve for each run."""
-    from matplotlib.figure import Figure as Sheet  # slow to import, and most commands draw nothing
+    from matplotlib.figure import Figure as ReportData  # slow to import, and most commands draw nothing
 
     from workflow.reports.figures import save
 
-    sheet = Sheet(figsize=(4.0, 3.0), layout="constrained")
+    sheet = ReportData(figsize=(4.0, 3.0), layout="constrained")
     axes = sheet.subplots()
     for run in runs:
         with Archive(run.directory / "run.h5") as archive:

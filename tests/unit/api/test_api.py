@@ -74,7 +74,7 @@ def test_a_frame_without_a_law_has_no_number_that_needs_friction(packing: workfl
     from dataclasses import replace
 
     frame = packing.frames[-1]
-    smooth = replace(frame, contacts=replace(frame.contacts, tangential=np.zeros(len(frame.contacts))))
+    smooth = replace(frame, interactions=replace(frame.interactions, tangential=np.zeros(len(frame.interactions))))
     found = workflow.measure(smooth, groups=["rigidity", "holes"])
     assert "friction" in found["rigidity"]["error"] and found["holes"]["number"] > 0
 

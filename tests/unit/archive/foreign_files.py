@@ -34,7 +34,7 @@ class Packing:
     radius: np.ndarray
     mass: np.ndarray
     velocity: np.ndarray
-    spin: np.ndarray
+    omega: np.ndarray
     i: np.ndarray
     j: np.ndarray
     branch: np.ndarray
@@ -86,13 +86,13 @@ def direct(p: Packing) -> dict[str, float]:
     area, count = float(p.cell.prod()), len(p.ids)
     pairs = p.force.T @ p.branch / area
     kinetic = (p.mass[:, None] * p.velocity).T @ p.velocity / area
-    energy = 0.5 * p.mass * (p.velocity**2).sum(axis=1) + 0.25 * p.mass * (p.radius * p.spin) ** 2
+    energy = 0.5 * p.mass * (p.velocity**2).sum(axis=1) + 0.25 * p.mass * (p.radius * p.omega) ** 2
     total = pairs + kinetic
     return {
-        "grains": count, "interactions.contacts": len(p.i), "interactions.distant": 0, "coordination": 2 * len(p.i) / count,
+        "grains": count, "interactions.interactions": len(p.i), "interactions.distant": 0, "coordination": 2 * len(p.i) / count,
         "solid_fraction": float(np.pi * (p.radius**2).sum() / area),
         "stress.pressure": float(np.trace(total)) / 2, "stress.xx": float(total[0, 0]), "stress.yy": float(total[1, 1]),
-        "stress.contacts.pressure": float(np.trace(pairs)) / 2, "stress.contacts.xx": float(pairs[0, 0]),
+        "stress.interactions.pressure": float(np.trace(pairs)) / 2, "stress.interactions.xx": float(pairs[0, 0]),
         "stress.kinetic.pressure": float(np.trace(kinetic)) / 2, "kinetic_energy.raw": float(energy.mean()),
         "rattler_fraction": rattlers(p), "sliding_contacts": int(p.slides.sum()),
         "unbalanced_force.force": float(np.hypot(*p.net.T).max()) / float(np.abs(p.normal).mean()),
@@ -136,7 +136,7 @@ class Way:
 def grains_text(p: Packing, way: Way) -> str:
     """One snapshot of ``dump custom``."""
     rng = np.random.default_rng(way.order)
-    columns: dict[str, Any] = {"id": p.ids, "mass": p.mass, "vx": p.velocity[:, 0], "vy": p.velocity[:, 1], "omegaz": p.spin,
+    columns: dict[str, Any] = {"id": p.ids, "mass": p.mass, "vx": p.velocity[:, 0], "vy": p.velocity[:, 1], "omegaz": p.omega,
                                "fx": p.net[:, 0], "fy": p.net[:, 1]}  # fmt: skip
     columns |= {"radius": p.radius} if way.size == "radius" else {"diameter": 2 * p.radius}
     for k, form in enumerate(way.forms):

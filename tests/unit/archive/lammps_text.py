@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 
 NUMBERED = tuple(f"c_pairs[{k}]" for k in range(1, 16))  # what decks of version 0.2 wrote
 GRAINS = "id diameter mass x y ix iy vx vy omegaz fx fy tqz"
@@ -14,7 +14,7 @@ def random_frame(step=1000, grains=12, pairs=20, stage="0", seed=1, first_id=1):
     i, j = np.triu_indices(grains, 1)
     rows = np.sort(rng.choice(len(i), pairs, replace=False))
     columns = rng.normal(size=(8, pairs))
-    contacts = Contacts(i[rows], j[rows], rng.normal(size=(pairs, 2)), *columns, *(rng.random((2, pairs)) > 0.5))
+    contacts = Interactions(i[rows], j[rows], rng.normal(size=(pairs, 2)), *columns, *(rng.random((2, pairs)) > 0.5))
     return Frame(step, step * 1e-4, stage, np.array([-1.0, 0.5]), np.array([7.0, 9.25]),
                  np.arange(first_id, first_id + grains), size, size**2, rng.normal(size=(grains, 2)),
                  rng.normal(size=(grains, 2)), rng.normal(size=grains), rng.normal(size=(grains, 2)),
@@ -34,7 +34,7 @@ def grains_text(frame, order=None, columns=GRAINS):
     x, v, f = frame.position, frame.velocity, frame.force
     data = {"id": frame.ids, "diameter": frame.diameter, "mass": frame.mass, "x": x[:, 0], "y": x[:, 1],
             "ix": np.zeros(frame.grains, int), "iy": np.full(frame.grains, -3), "vx": v[:, 0], "vy": v[:, 1],
-            "omegaz": frame.spin, "radius": frame.diameter / 2, "fx": f[:, 0], "fy": f[:, 1], "tqz": frame.torque}  # fmt: skip
+            "omegaz": frame.omega, "radius": frame.diameter / 2, "fx": f[:, 0], "fy": f[:, 1], "tqz": frame.torque}  # fmt: skip
     rows = range(frame.grains) if order is None else order
     lines = [" ".join(f"{data[c][k]:.17g}" for c in columns.split()) + " \n" for k in rows]
     return _head(frame, "ATOMS", frame.grains) + f"ITEM: ATOMS {columns} \n" + "".join(lines)
@@ -43,14 +43,14 @@ def grains_text(frame, order=None, columns=GRAINS):
 def contacts_text(frame, swap=(), order=None, idle=0, names=NUMBERED, columns=range(15)):
     """One snapshot; pairs in ``swap`` written as (j, i), the other view; ``idle`` rows of state 0 in front; ``names`` of the
     columns, of which those in ``columns`` are written, in that order."""
-    c = frame.contacts
+    c = frame.interactions
     lines = ["3 2 0 1.5 0.5 0.9 0 0 0 0 0 0 0 0 0\n"] * idle
     for k in range(len(c)) if order is None else order:
         s = -1 if k in swap else 1
         pair = (frame.ids[c.i[k]], frame.ids[c.j[k]])[::s]
         state = 2 if c.gap[k] < 0 else 1
         numbers = (s * c.branch[k, 0], s * c.branch[k, 1], c.gap[k], c.elastic[k], c.viscous[k], c.attraction[k],
-                   c.tangential[k], s * c.moment[k], c.stretch[k], s * c.rotation[k])  # fmt: skip
+                   c.tangential[k], s * c.moment[k], c.xi_t[k], s * c.xi_r[k])  # fmt: skip
         line = " ".join([*map(str, pair), str(state), *(f"{n:.17g}" for n in numbers)])
         lines.append(f"{line} {int(c.sliding[k])} {int(c.rolling[k])} \n")
     chosen = [" ".join(line.split()[k] for k in columns) + " \n" for line in lines]

@@ -52,7 +52,7 @@ def test_poured_and_lost_grains_are_read_back(tmp_path):
     def part(step, rows):
         frame = random_frame(step, grains=6, pairs=0)
         chosen = {name: getattr(frame, name)[rows] for name in
-                  ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque")}  # fmt: skip
+                  ("ids", "diameter", "mass", "position", "velocity", "omega", "force", "torque")}  # fmt: skip
         return replace(frame, **chosen)
 
     frames = [part(0, [0, 1, 2]), part(1, [0, 1, 2, 3, 4]), part(2, [0, 2, 4, 5])]

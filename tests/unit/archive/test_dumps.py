@@ -8,16 +8,16 @@ from lammps_text import GRAINS, NUMBERED, contacts_text, grains_text, random_fra
 
 from workflow.archive.dumps import CONTACT_COLUMNS, read_blocks, read_frames, read_tracks
 from workflow.data import text
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.data.series import read_series
 from workflow.errors import ArchiveError
 
 
 def same(a, b):
     """Frames equal bit for bit: %.17g and float64 lose nothing."""
-    for item, of_a, of_b in [(Frame, a, b), (Contacts, a.contacts, b.contacts)]:
+    for item, of_a, of_b in [(Frame, a, b), (Interactions, a.interactions, b.interactions)]:
         for field in fields(item):
-            if field.name not in ("contacts", "cell"):
+            if field.name not in ("interactions", "cell"):
                 np.testing.assert_array_equal(getattr(of_a, field.name), getattr(of_b, field.name), field.name)
     # The cell comes from the difference of two printed bounds: one rounding.
     np.testing.assert_allclose(a.cell, b.cell, rtol=1e-15)
@@ -128,7 +128,7 @@ def test_tracks_are_read_by_their_names_in_any_order(tmp_path_factory, columns):
 def test_the_force_of_a_swapped_pair_is_opposite(write):
     frame = random_frame(pairs=1)
     text = contacts_text(frame, swap=[0])
-    pair = frame.contacts
+    pair = frame.interactions
     row = np.array(text.splitlines()[-1].split(), float)
     n = row[3:5] / np.hypot(*row[3:5])
     force = row[6:9].sum() * n + row[9] * np.array([-n[1], n[0]])
@@ -151,7 +151,7 @@ def test_a_step_written_twice_counts_once(write):
 def test_a_frame_without_interactions_is_read(write):
     frame = random_frame(pairs=0)
     read = next(read_frames(*write(grains_text(frame), contacts_text(frame))))
-    assert len(read.contacts) == 0 and read.contacts.branch.shape == (0, 2)
+    assert len(read.interactions) == 0 and read.interactions.branch.shape == (0, 2)
 
 
 @pytest.mark.parametrize("which", [0, 1])

@@ -83,7 +83,7 @@ def test_vtk_files_hold_points_and_lines(tmp_path):
     assert re.findall(r'timestep="(\S+)".*file="(\S+)"', paths[1].read_text()) == [
         (repr(frame.time), f"contacts.0000{k}.vtp") for k, frame in enumerate(FRAMES)
     ]
-    frame, pairs = FRAMES[1], FRAMES[1].contacts
+    frame, pairs = FRAMES[1], FRAMES[1].interactions
     grains, lines = (vtp(tmp_path / f"{name}.00001.vtp") for name in ("grains", "contacts"))
     assert np.array_equal(grains["Points/points"][:, :2], frame.position)
     assert np.array_equal(grains["PointData/diameter"], frame.diameter) and np.array_equal(grains["PointData/id"], frame.ids)
@@ -134,7 +134,7 @@ def test_vtk_itself_reads_them(tmp_path):
 
     written("vtk", tmp_path)
     for number, frame in enumerate(FRAMES):
-        for name, cells in (("grains", frame.grains), ("contacts", len(frame.contacts)), ("cell", 4)):
+        for name, cells in (("grains", frame.grains), ("contacts", len(frame.interactions)), ("cell", 4)):
             reader = vtkXMLPolyDataReader()
             reader.SetFileName(str(tmp_path / f"{name}.{number:05d}.vtp"))
             reader.Update()
@@ -143,7 +143,7 @@ def test_vtk_itself_reads_them(tmp_path):
             assert data.GetFieldData().GetArray("TimeValue").GetValue(0) == frame.time
             if name == "contacts" and cells:
                 normal = vtk_to_numpy(data.GetCellData().GetArray("normal"))
-                assert np.array_equal(normal, frame.contacts.normal_force)
+                assert np.array_equal(normal, frame.interactions.normal_force)
 
 
 def test_gsd_file_holds_discs_and_bonds(tmp_path):
@@ -158,9 +158,9 @@ def test_gsd_file_holds_discs_and_bonds(tmp_path):
     # the same place up to one shift of all and whole cells, to the rounding of float32
     assert apart - apart[0] == pytest.approx(np.round(apart - apart[0]), abs=1e-6)
     assert shot.particles.diameter == pytest.approx(frame.diameter, rel=1e-7)
-    assert np.array_equal(shot.bonds.group, np.column_stack((frame.contacts.i, frame.contacts.j)))
-    assert np.array_equal(shot.log["bonds/normal"], frame.contacts.normal_force)  # float64
-    assert np.array_equal(shot.log["bonds/sliding"].astype(bool), frame.contacts.sliding)
+    assert np.array_equal(shot.bonds.group, np.column_stack((frame.interactions.i, frame.interactions.j)))
+    assert np.array_equal(shot.log["bonds/normal"], frame.interactions.normal_force)  # float64
+    assert np.array_equal(shot.log["bonds/sliding"].astype(bool), frame.interactions.sliding)
     assert np.array_equal(shot.log["particles/id"], frame.ids)
 
 
@@ -179,7 +179,7 @@ def test_ovito_reads_the_bonds_across_the_border(tmp_path):
 
 def test_graph_has_forces_at_its_edges(tmp_path):
     networkx = pytest.importorskip("networkx")
-    frame, pairs = FRAMES[1], FRAMES[1].contacts
+    frame, pairs = FRAMES[1], FRAMES[1].interactions
     found = graph(frame)
     assert sorted(found.nodes) == frame.ids.tolist()
     assert {frozenset(edge) for edge in found.edges} == {

@@ -12,11 +12,11 @@ from workflow.archive.columns import Reading
 from workflow.archive.dumps import CONTACT_COLUMNS, read_frames
 from workflow.archive.foreign import Sample, foreign_frames, universe_frame
 from workflow.data.contact_law import ContactLaw
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import ArchiveError, InputError
 from workflow.measures.clusters import pair_correlation
-from workflow.measures.contacts import measure, stress_parts
 from workflow.measures.network import degrees, rigidity_matrix, row_owners
+from workflow.measures.packing import measure, stress_parts
 from workflow.measures.registry import Settings, measure_groups, slipping
 
 CELL = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 8\n-0.5 0.5\n"
@@ -52,8 +52,8 @@ def plausible_frame():
     p, rng = packing(1), np.random.default_rng(1)
     count, grains = len(p.i), len(p.ids)
     gap = np.hypot(*p.branch.T) - p.radius[p.i] - p.radius[p.j]
-    table = Contacts(p.i, p.j, p.branch, gap, *rng.normal(size=(7, count)), *(rng.random((2, count)) > 0.5))
-    return Frame(1000, 0.1, "", p.position.min(axis=0) - 0.1, p.cell, p.ids, 2 * p.radius, p.mass, p.position, p.velocity, p.spin,
+    table = Interactions(p.i, p.j, p.branch, gap, *rng.normal(size=(7, count)), *(rng.random((2, count)) > 0.5))
+    return Frame(1000, 0.1, "", p.position.min(axis=0) - 0.1, p.cell, p.ids, 2 * p.radius, p.mass, p.position, p.velocity, p.omega,
                  rng.normal(size=(grains, 2)), rng.normal(size=grains), table)  # fmt: skip
 
 
@@ -64,7 +64,7 @@ def plausible_frame():
 def test_dumps_of_this_package_are_read_alike(of_version, columns, tmp_path):
     """By their names in any order; the numbered columns of version 0.2 in a run directory only."""
     frame = plausible_frame()
-    count = len(frame.contacts)
+    count = len(frame.interactions)
     names = CONTACT_COLUMNS if of_version == "now" else NUMBERED
     text = contacts_text(frame, swap=range(0, count, 3), idle=2, names=names, columns=columns)
     paths = tmp_path / "grains.dump", tmp_path / "contacts.dump"
@@ -75,11 +75,11 @@ def test_dumps_of_this_package_are_read_alike(of_version, columns, tmp_path):
             next(foreign_frames(*paths))
         (tmp_path / "run.json").write_text('{"digest": "a run"}')
     own, foreign = next(read_frames(*paths)), next(foreign_frames(*paths))
-    for name in ("i", "j", "branch", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "stretch", "rotation",
+    for name in ("i", "j", "branch", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "xi_t", "xi_r",
                  "sliding", "rolling"):  # fmt: skip
-        np.testing.assert_array_equal(getattr(foreign.contacts, name), getattr(own.contacts, name), name)
+        np.testing.assert_array_equal(getattr(foreign.interactions, name), getattr(own.interactions, name), name)
     assert not foreign.lacks
-    for name in ("ids", "diameter", "mass", "position", "velocity", "spin", "force", "torque", "cell", "origin"):
+    for name in ("ids", "diameter", "mass", "position", "velocity", "omega", "force", "torque", "cell", "origin"):
         np.testing.assert_array_equal(getattr(foreign, name), getattr(own, name), name)
 
 
@@ -88,20 +88,20 @@ def test_without_contacts_the_overlaps_count(write):
     assert frame.step == 7
     assert frame.ids.tolist() == [1, 2, 3]
     assert frame.diameter.tolist() == [1.0, 1.0, 1.0]
-    assert list(zip(frame.contacts.i.tolist(), frame.contacts.j.tolist(), strict=True)) == [(0, 1), (0, 2)]
+    assert list(zip(frame.interactions.i.tolist(), frame.interactions.j.tolist(), strict=True)) == [(0, 1), (0, 2)]
 
 
 @pytest.mark.parametrize("row", ["1 3 2.0 0.5", "3 1 -2.0 -0.5"])
 def test_force_on_the_first_grain_becomes_normal_and_tangential(write, row):
     """Grain 3 is to the left of 1 through the cell's edge and pushes it to the right with 2, upwards with 0.5."""
-    table = next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy", row)))).contacts
+    table = next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy", row)))).interactions
     assert table.branch[0] == pytest.approx([-0.8, 0.0])
     assert table.normal_force == pytest.approx([2.0])
     assert table.force[0] == pytest.approx([-2.0, -0.5])  # of 1 on 3
 
 
 def test_tangential_part_in_columns_of_its_own_is_added(write):
-    table = next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0 0 0.5")))).contacts
+    table = next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0 0 0.5")))).interactions
     assert table.force[0] == pytest.approx([-2.0, -0.5])
 
 
@@ -109,7 +109,7 @@ def test_columns_can_be_renamed(write):
     paths = write(GRAINS.replace("radius", "c_r"), pairs("c_1[1] c_1[2] c_2[1]", "2 1 3.5"))
     names = {"radius": "c_r", "id_i": "c_1[1]", "id_j": "c_1[2]", "normal": "c_2[1]"}
     frame = next(foreign_frames(*paths, names=names))
-    assert frame.contacts.normal_force.tolist() == [3.5]
+    assert frame.interactions.normal_force.tolist() == [3.5]
 
 
 @pytest.mark.parametrize(
@@ -141,14 +141,14 @@ def test_steps_without_contacts_are_left_out(write):
 
 def test_a_box_that_could_tilt_and_does_not_is_a_rectangle(write):
     flat = next(foreign_frames(*write(tilted(GRAINS, "0"))))
-    assert flat.cell.tolist() == [10.0, 8.0] and len(flat.contacts) == 2
+    assert flat.cell.tolist() == [10.0, 8.0] and len(flat.interactions) == 2
 
 
 @pytest.mark.parametrize(("faces", "touching"), [("pp ff pp", 2), ("ff pp pp", 1), ("ss sm pp", 1)])
 def test_nothing_is_wrapped_where_there_are_walls(write, faces, touching):
     """Grains 1 and 3 touch through the faces of x; groups that need a periodic cell are undefined."""
     frame = next(foreign_frames(*write(GRAINS.replace("pp pp pp", faces)), friction=0.0))
-    assert len(frame.contacts) == touching
+    assert len(frame.interactions) == touching
     assert "the box has walls" in "\n".join(frame.notes)
     law = Settings(ContactLaw(1.0, 1.0, mu=0.0))
     found = measure_groups(frame, law, ["rigidity", "holes", "pair_correlation", "density", "clusters"])
@@ -161,10 +161,10 @@ def test_contacts_slide_where_the_coulomb_limit_is_reached(write):
     """Without flags in the file: |T| >= mu N (1 - 1e-3); without mu nobody knows."""
     rows = ["1 2 1.0 0.3", "1 3 2.0 -0.599"]
     paths = write(GRAINS, pairs("id_i id_j normal tangential", *rows))
-    assert next(foreign_frames(*paths, friction=0.3)).contacts.sliding.tolist() == [True, False]
+    assert next(foreign_frames(*paths, friction=0.3)).interactions.sliding.tolist() == [True, False]
     assert "sliding" in next(foreign_frames(*paths)).lacks
     flagged = write(GRAINS, pairs("id_i id_j normal tangential sliding", *(f"{row} {k}" for k, row in enumerate(rows))))
-    assert next(foreign_frames(*flagged, friction=0.3)).contacts.sliding.tolist() == [False, True]
+    assert next(foreign_frames(*flagged, friction=0.3)).interactions.sliding.tolist() == [False, True]
     small = next(foreign_frames(*paths, friction=0.2))
     assert "|T| exceeds mu N in 2 of 2 contacts" in "\n".join(small.notes)
 
@@ -173,11 +173,11 @@ def test_with_an_attraction_contacts_are_cohesive_whatever_the_sign_of_their_for
     """--f0 1: N = N_e - 1 in contact, the whole force at a distance; every interaction then holds."""
     paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 2 1.0 0", "1 3 2.0 0.1"))
     frame = Sample([paths[0]], [paths[1]], Reading(friction=0.3, attraction=1.0)).frame(0)
-    assert frame.contacts.attraction.tolist() == [-1.0, -1.0]
-    assert frame.contacts.normal_force.tolist() == [1.0, 2.0] and frame.contacts.elastic.tolist() == [2.0, 3.0]
+    assert frame.interactions.attraction.tolist() == [-1.0, -1.0]
+    assert frame.interactions.normal_force.tolist() == [1.0, 2.0] and frame.interactions.elastic.tolist() == [2.0, 3.0]
     assert measure(frame, force_unit=1.0)["rattler_fraction"] == 0.0
     plain = next(foreign_frames(*paths, friction=0.3))
-    assert not plain.contacts.attraction.any() and measure(plain, force_unit=1.0)["rattler_fraction"] == 1.0
+    assert not plain.interactions.attraction.any() and measure(plain, force_unit=1.0)["rattler_fraction"] == 1.0
 
 
 def test_sliding_contacts_count_once_in_the_pebble_game(write):
@@ -196,7 +196,7 @@ def test_sliding_contacts_lose_their_tangential_row_in_the_rigidity_matrix(tmp_p
     frame = next(foreign_frames(*paths, friction=MU))
     book = degrees(frame, friction=True, free_cell=True)
     matrix, owner = rigidity_matrix(frame, book).toarray(), row_owners(frame, book)
-    tangential = np.arange(len(owner)) >= len(frame.contacts)
+    tangential = np.arange(len(owner)) >= len(frame.interactions)
     kept = matrix[~(tangential & p.slides[owner])]
     rank = np.linalg.matrix_rank(kept, tol=1e-9)
     found = slipping(frame, Settings(ContactLaw(1.0, 1.0, mu=MU)))
@@ -217,18 +217,20 @@ def test_a_tangential_part_that_is_there_already_is_not_added_twice(write):
         next(foreign_frames(*write(GRAINS, pairs("id_i id_j fx fy tx ty", "1 3 2.0 0.5 0 0.5"))))
     paths = write(GRAINS, pairs("id_i id_j c_f[1] c_f[2] tx ty", "1 3 2.0 0.5 0 0.5"))
     named = next(foreign_frames(*paths, names={"fx": "c_f[1]", "fy": "c_f[2]"}))
-    assert named.contacts.force[0] == pytest.approx([-2.0, -0.5])  # what the user names counts
+    assert named.interactions.force[0] == pytest.approx([-2.0, -0.5])  # what the user names counts
 
 
 def test_neighbours_that_do_not_touch_are_no_contacts(write):
     frame = next(foreign_frames(*write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0", "2 3 0 0"))))
-    assert len(frame.contacts) == 1 and any("1 of 2 rows are pairs that neither touch" in note for note in frame.notes)
+    assert len(frame.interactions) == 1 and any("1 of 2 rows are pairs that neither touch" in note for note in frame.notes)
 
 
 def test_discs_that_overlap_and_are_not_in_the_table_are_said(write):
     paths = write(GRAINS, pairs("id_i id_j normal tangential", "1 3 2.0 0"))
     frame = next(foreign_frames(*paths))
-    assert len(frame.contacts) == 1 and any("1 of 2 pairs of discs that overlap are not in the" in note for note in frame.notes)
+    assert len(frame.interactions) == 1 and any(
+        "1 of 2 pairs of discs that overlap are not in the" in note for note in frame.notes
+    )
     with pytest.raises(InputError, match=r"deepest 1 and 2 by 0.0566: it is incomplete, or of another step; .* --partial"):
         Sample([paths[0]], [paths[1]], Reading(complete=True)).frame(0)
 
@@ -244,7 +246,7 @@ def test_two_images_of_a_pair_are_two_contacts(write):
     """In a cell as narrow as two grains only the branches tell them apart."""
     cell = GRAINS.replace("\n0 10\n", "\n0 1.8\n").replace("9.6 1", "1.3 1").replace("2 0.5 1.2 1.5\n", "2 0.5 0.4 5\n")
     table = pairs("id_i id_j bx by normal tangential", "1 3 0.9 0 1 0", "1 3 -0.9 0 1 0").replace("\n0 10\n", "\n0 1.8\n")
-    assert len(next(foreign_frames(*write(cell, table))).contacts) == 2
+    assert len(next(foreign_frames(*write(cell, table))).interactions) == 2
 
 
 def test_measures_of_what_is_missing_are_undefined(write):
@@ -278,7 +280,7 @@ def test_a_universe_is_measured_with_a_warning_about_its_precision(universe):
     assert {"mass", "velocity", "normal", "sliding"} <= frame.lacks and measure(frame, force_unit=1.0)["stress"][
         "pressure"
     ] is None
-    assert (frame.contacts.gap < 0).all()
+    assert (frame.interactions.gap < 0).all()
     universe.dimensions = [20.0, 20.0, 20.0, 90.0, 90.0, 60.0]
     with pytest.raises(InputError, match="90 degrees"):
         universe_frame(universe)

@@ -23,9 +23,9 @@ from workflow.campaign.study import (
     INTERRUPTED,
     RUNNING,
     WAITING,
-    Claims,
     Point,
-    Standing,
+    PointLocks,
+    PointStatus,
     Study,
     alive,
     remaining,
@@ -165,12 +165,12 @@ def test_remaining_core_seconds_follow_those_done() -> None:
 
     points = [point("method1", 1400), point("method1", 700), point("method2", 100), point("method2", 1000), point("heap", 500)]
     standings = [
-        Standing(DONE, None, 14.0), Standing(WAITING), Standing(DONE, None, 16.0), Standing(INTERRUPTED, None, 60.0),
-        Standing(WAITING),
+        PointStatus(DONE, None, 14.0), PointStatus(WAITING), PointStatus(DONE, None, 16.0), PointStatus(INTERRUPTED, None, 60.0),
+        PointStatus(WAITING),
     ]  # fmt: skip
     assert remaining(points, standings) == pytest.approx(7.0 + (160.0 - 60.0) + 500 * 30.0 / 1500.0)
-    assert remaining(points, [Standing(WAITING)] * 5) is None
-    assert remaining(points[:2], [Standing(DONE, None, 14.0), Standing(FAILED)]) == 0.0
+    assert remaining(points, [PointStatus(WAITING)] * 5) is None
+    assert remaining(points[:2], [PointStatus(DONE, None, 14.0), PointStatus(FAILED)]) == 0.0
 
 
 def test_finished_runs_are_adopted_by_digest(study: Study, tmp_path: Path) -> None:
@@ -231,7 +231,7 @@ def test_a_point_is_claimed_by_one_process(study: Study) -> None:
         return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.strip()
 
     with study.claims() as claims:
-        assert isinstance(claims, Claims)
+        assert isinstance(claims, PointLocks)
         assert claims.take(first)
         assert other() == "[False, True]"
         claims.give(first)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from workflow.data.frame import Contacts, Floats, Frame
+from workflow.data.frame import Floats, Frame, Interactions
 from workflow.measures.synthetic import ballistic_aggregate
 
 TOUCH = -1e-12  # gap of a contact that carries no force
@@ -28,8 +28,8 @@ def frame_of(
     position = np.asarray(position, dtype=float)
     grains, rows = len(position), np.size(i)
     diameter, zero = np.broadcast_to(diameter, grains).astype(float), np.zeros(rows)
-    forces = dict.fromkeys(("elastic", "viscous", "attraction", "tangential", "moment", "stretch", "rotation"), zero)
-    contacts = Contacts(
+    forces = dict.fromkeys(("elastic", "viscous", "attraction", "tangential", "moment", "xi_t", "xi_r"), zero)
+    contacts = Interactions(
         i=np.asarray(i, dtype=np.int64),
         j=np.asarray(j, dtype=np.int64),
         branch=np.asarray(branch, dtype=float).reshape(rows, 2),
@@ -39,10 +39,10 @@ def frame_of(
         **forces,
     )
     vectors, scalars = np.zeros((grains, 2)), np.zeros(grains)
-    state = {"velocity": vectors, "force": vectors, "spin": scalars, "torque": scalars}
+    state = {"velocity": vectors, "force": vectors, "omega": scalars, "torque": scalars}
     cell = np.broadcast_to(cell, 2).astype(float)
     ids = np.arange(1, grains + 1)
-    return Frame(0, 0.0, "test", np.zeros(2), cell, ids, diameter, diameter**2, position, contacts=contacts, **state)
+    return Frame(0, 0.0, "test", np.zeros(2), cell, ids, diameter, diameter**2, position, interactions=contacts, **state)
 
 
 def joined(position: ArrayLike, diameter: ArrayLike, cell: ArrayLike, reach: float = 1.02) -> Frame:
@@ -65,7 +65,7 @@ def packing(grains: int, solid: float, seed: int, open_cell: bool = False) -> Fr
     position = rng.uniform(0.0, side, (grains, 2))
     for _ in range(40):
         frame = joined(position, diameter, side, reach=1.0)
-        pairs = frame.contacts
+        pairs = frame.interactions
         overlap = diameter[[pairs.i, pairs.j]].mean(axis=0) - pairs.distance
         push = 0.4 * overlap[:, None] * pairs.normal
         np.subtract.at(position, pairs.i, push)
@@ -130,9 +130,9 @@ def together(*frames: Frame, apart: float = 20.0) -> Frame:
     """Frames without bonds across their cells, side by side in one large cell."""
     offsets = np.cumsum([0, *(f.grains for f in frames)])
     position = np.concatenate([f.position + np.array((k * apart, 0.0)) for k, f in enumerate(frames)])
-    i = np.concatenate([f.contacts.i + offset for f, offset in zip(frames, offsets, strict=False)])
-    j = np.concatenate([f.contacts.j + offset for f, offset in zip(frames, offsets, strict=False)])
-    branch = np.concatenate([f.contacts.branch for f in frames])
+    i = np.concatenate([f.interactions.i + offset for f, offset in zip(frames, offsets, strict=False)])
+    j = np.concatenate([f.interactions.j + offset for f, offset in zip(frames, offsets, strict=False)])
+    branch = np.concatenate([f.interactions.branch for f in frames])
     diameter = np.concatenate([f.diameter for f in frames])
     return frame_of(position, diameter, 1000.0, i, j, branch)
 

@@ -5,18 +5,18 @@ import pytest
 from networks import packing
 
 from workflow.data.balance import solid_fraction
-from workflow.data.build import make_frame, repeat, touching_pairs
+from workflow.data.build import make_frame, pairs_in_contact, repeat
 from workflow.errors import InputError
-from workflow.measures.contacts import coordination, stress
 from workflow.measures.forces import fabric, triangles
 from workflow.measures.holes import holes
+from workflow.measures.packing import coordination, stress
 from workflow.measures.percolation import network_clusters, percolation
 
 
 def stressed_packing(seed: int = 3):
     """A random packing whose contacts carry random forces."""
     frame, rng = packing(60, 0.8, seed), np.random.default_rng(seed)
-    table = frame.contacts
+    table = frame.interactions
     pairs = {"i": table.i, "j": table.j, "branch": table.branch, "gap": table.gap,
              "normal": rng.normal(size=len(table)), "tangential": rng.normal(size=len(table))}  # fmt: skip
     return make_frame(frame.position, frame.diameter, frame.cell, pairs, origin=(-1.0, 2.0))
@@ -29,24 +29,24 @@ def test_touching_pairs_are_all_pairs_of_negative_gap():
     apart -= cell * np.round(apart / cell)
     gap = np.hypot(*np.moveaxis(apart, 2, 0)) - (diameter[:, None] + diameter) / 2
     for reach in (0.0, 0.2):
-        i, j = touching_pairs(position, diameter, cell, reach)
+        i, j = pairs_in_contact(position, diameter, cell, reach)
         assert np.column_stack((i, j)).tolist() == np.argwhere(np.triu(gap < reach, 1)).tolist()
     with pytest.raises(InputError, match="two images"):
-        touching_pairs(position, diameter, np.array([1.9, 9.0]))
+        pairs_in_contact(position, diameter, np.array([1.9, 9.0]))
 
 
 def test_arrays_alone_make_a_frame():
     frame = make_frame([[0.1, 0.0, 0.0], [9.3, 0.0, 0.0], [5.0, 5.0, 0.0]], 1.0, (10.0, 8.0))
-    assert (frame.contacts.i.tolist(), frame.contacts.j.tolist()) == ([0], [1])
-    assert frame.contacts.branch[0] == pytest.approx([-0.8, 0.0])
-    assert frame.contacts.gap[0] == pytest.approx(-0.2)
+    assert (frame.interactions.i.tolist(), frame.interactions.j.tolist()) == ([0], [1])
+    assert frame.interactions.branch[0] == pytest.approx([-0.8, 0.0])
+    assert frame.interactions.gap[0] == pytest.approx(-0.2)
     assert frame.ids.tolist() == [1, 2, 3]
     assert frame.mass.tolist() == [1.0, 1.0, 1.0]
 
 
 def test_a_whole_normal_force_keeps_its_sign():
     pairs = {"i": [0, 1], "j": [1, 2], "normal": [2.0, -0.5]}
-    table = make_frame([[0.0, 0], [1, 0], [2, 0]], 1.0, (9, 9), pairs).contacts
+    table = make_frame([[0.0, 0], [1, 0], [2, 0]], 1.0, (9, 9), pairs).interactions
     assert table.normal_force.tolist() == [2.0, -0.5]
     assert table.attraction.tolist() == [0.0, -0.5]
 
@@ -82,10 +82,10 @@ def test_repetition_is_the_same_packing_larger():
     assert fabric(large) == pytest.approx(fabric(frame), rel=1e-12)
     assert percolation(large).axis == percolation(frame).axis
     assert len(triangles(large).grains) == 6 * len(triangles(frame).grains)
-    assert (network_clusters(large).winds.any(axis=0) == network_clusters(frame).winds.any(axis=0)).all()
+    assert (network_clusters(large).wraps.any(axis=0) == network_clusters(frame).wraps.any(axis=0)).all()
     assert holes(large).area.sum() == pytest.approx(6 * holes(frame).area.sum(), rel=1e-6)  # the nudge of degenerate cases
     # and its contacts join the centres they name
-    straight = large.position[large.contacts.j] - large.position[large.contacts.i] - large.contacts.branch
+    straight = large.position[large.interactions.j] - large.position[large.interactions.i] - large.interactions.branch
     assert np.abs(straight / large.cell - np.round(straight / large.cell)).max() < 1e-12
     with pytest.raises(InputError, match="at least 1"):
         repeat(frame, (0, 1))

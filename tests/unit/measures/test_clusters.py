@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
 from workflow.measures.clusters import aggregates, local_coordination, pair_correlation
 
@@ -15,7 +15,7 @@ def network(position, cell, pairs, force=1.0, mass=1.0) -> Frame:
     branch = position[j] - position[i]
     branch -= cell * np.rint(branch / cell)
     zero, n = np.zeros(len(i)), len(position)
-    contacts = Contacts(
+    contacts = Interactions(
         i, j, branch, np.hypot(*branch.T) - 1.0, zero + force, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0
     )
     grain = np.zeros(n)
@@ -45,7 +45,7 @@ def test_aggregate_across_the_edge_keeps_its_shape():
 def test_endless_aggregate_has_no_centre():
     frame = network([[x, 3.0] for x in range(5)], (5, 9), [[k, (k + 1) % 5] for k in range(5)])
     found = aggregates(frame)
-    assert found.clusters.winds.tolist() == [[True, False]]
+    assert found.clusters.wraps.tolist() == [[True, False]]
     assert np.isnan(found.gyration).all()
     assert np.isnan(found.centre).all()
 

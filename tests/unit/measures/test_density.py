@@ -8,7 +8,7 @@ from networks import aggregate
 from scipy import integrate, special
 
 from workflow.data.balance import solid_fraction
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import EnvironmentFault, InputError, WorkflowError
 from workflow.measures import density
 from workflow.measures.density import (
@@ -27,7 +27,7 @@ def discs(position, cell, diameter=1.0) -> Frame:
     position, cell = np.asarray(position, dtype=float), np.asarray(cell, dtype=float)
     n, none = len(position), np.zeros(0)
     row, yes = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
-    contacts = Contacts(row, row, np.zeros((0, 2)), none, none, none, none, none, none, none, none, yes, yes)
+    contacts = Interactions(row, row, np.zeros((0, 2)), none, none, none, none, none, none, none, none, yes, yes)
     d, grain = np.zeros(n) + diameter, np.zeros(n)
     return Frame(
         0, 0.0, "", np.array([-2.0, 1.0]), cell, np.arange(n), d, d**2, position, np.zeros((n, 2)), grain,

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from workflow.data.contact_law import ContactLaw
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.measures.energy import adhesion, energies
 
 LAW = ContactLaw(kn=1e4, kt=2e3, kr=0.5, f0=1.0, d0=1e-3)
@@ -35,7 +35,7 @@ def frame():
     n, m = 30, 50
     d, gap = rng.uniform(0.5, 1, n), rng.uniform(-1e-3, 1.5e-3, m)
     columns = rng.normal(size=(4, m)) * 1e-2
-    table = Contacts(rng.integers(0, n, m), rng.integers(0, n, m), rng.normal(size=(m, 2)), gap,
+    table = Interactions(rng.integers(0, n, m), rng.integers(0, n, m), rng.normal(size=(m, 2)), gap,
                      np.maximum(-1e4 * gap, 0), columns[0], columns[1], columns[2], columns[3], columns[2], columns[3],
                      *np.zeros((2, m), bool))  # fmt: skip
     return Frame(0, 0.0, "", np.zeros(2), np.ones(2), np.arange(n), d, d**2, rng.random((n, 2)),
@@ -45,13 +45,13 @@ def frame():
 def test_a_uniform_disc_spins_with_half_its_mass_at_the_rim(frame):
     """Rim speed v = w R gives a uniform disc m v^2/4, half of what the same speed gives in translation."""
     rim = frame.velocity[:, 0]
-    spinning = replace(frame, spin=2 * rim / frame.diameter, velocity=np.column_stack((rim, 0 * rim)))
+    spinning = replace(frame, omega=2 * rim / frame.diameter, velocity=np.column_stack((rim, 0 * rim)))
     result = energies(spinning, LAW)
     assert result.rotation == pytest.approx(result.translation / 2, rel=1e-12)
 
 
 def test_each_spring_stores_the_work_done_on_it(frame):
-    result, c = energies(frame, LAW), frame.contacts
+    result, c = energies(frame, LAW), frame.interactions
     for value, k, x in ((result.normal, LAW.kn, np.maximum(-c.gap, 0)), (result.tangential, LAW.kt, c.stretch),
                         (result.rolling, LAW.kr, c.rotation)):  # fmt: skip
         # midpoint rule: exact for a linear force

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from workflow.data.build import make_frame
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
-from workflow.measures.contacts import stress
 from workflow.measures.forces import (
     corners,
     fabric,
     force_angles,
-    force_cloud,
     force_populations,
     normal_force_distribution,
+    nt_scatter,
     triangles,
 )
+from workflow.measures.packing import stress
 
 
 def network(position, cell, pairs, normal=0.0, tangential=0.0, diameter=1.0, adhesion=0.0) -> Frame:
@@ -27,7 +27,7 @@ def network(position, cell, pairs, normal=0.0, tangential=0.0, diameter=1.0, adh
     zero, n = np.zeros(len(i)), len(position)
     d = np.zeros(n) + diameter
     gap = np.hypot(*branch.T) - 0.5 * (d[i] + d[j])
-    contacts = Contacts(
+    contacts = Interactions(
         i, j, branch, gap, zero + normal + adhesion, zero, zero - adhesion, zero + tangential, zero, zero, zero,
         zero > 0, zero > 0,
     )  # fmt: skip
@@ -105,7 +105,7 @@ def test_angles_of_known_forces():
 def test_sliding_contacts_lie_on_the_cone_and_balanced_ones_on_the_cross():
     """With |T| = mu N_e and N = N_e - F0 the force is on the cone, whose tip lies at N = -F0."""
     edges = np.linspace(-2, 3, 6)
-    cloud = force_cloud(list_of([0.5, 1.0], [0.75, -1.0], 1.0), edges, edges, unit=1.0, friction=0.5)
+    cloud = nt_scatter(list_of([0.5, 1.0], [0.75, -1.0], 1.0), edges, edges, unit=1.0, friction=0.5)
     outer, tip, _ = cloud.cone
     slope = (outer[1] - tip[1]) / (outer[0] - tip[0])
     assert tip.tolist() == [-1.0, 0.0]
@@ -113,7 +113,7 @@ def test_sliding_contacts_lie_on_the_cone_and_balanced_ones_on_the_cross():
     assert cloud.density.sum() == pytest.approx(1.0)  # bins of area 1, all interactions inside
     assert cloud.density[2, 2] == 0.5
     assert cloud.density[3, 1] == 0.5
-    assert np.degrees(np.arctan2(cloud.cross[0, 1, 1], cloud.cross[0, 1, 0])) == pytest.approx(60.0)
+    assert np.degrees(np.arctan2(cloud.sqrt3_lines[0, 1, 1], cloud.sqrt3_lines[0, 1, 0])) == pytest.approx(60.0)
 
 
 def test_triangle_ratio_points_along_the_line_of_the_two_contact_points():

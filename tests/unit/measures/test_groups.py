@@ -22,7 +22,7 @@ SETTINGS = Settings(LAW)
 def stressed(seed: int, grains: int = 60):
     """A random packing with random forces of both signs."""
     frame, rng = packing(grains, 0.82, seed), np.random.default_rng(seed)
-    table = frame.contacts
+    table = frame.interactions
     pairs = {"i": table.i, "j": table.j, "branch": table.branch, "gap": table.gap,
              "normal": rng.normal(size=len(table)), "tangential": rng.normal(size=len(table))}  # fmt: skip
     return make_frame(frame.position, frame.diameter, frame.cell, pairs)
@@ -42,7 +42,7 @@ def test_groups_agree_with_each_other():
     result = measure_groups(frame, SETTINGS, list(GROUPS))
     populations = result["forces"]["populations"]
     z = sum(populations[sign]["coordination"] for sign in ("repulsive", "tensile", "vanishing"))
-    assert z == pytest.approx(2 * len(frame.contacts) / frame.grains)
+    assert z == pytest.approx(2 * len(frame.interactions) / frame.grains)
     fixed = rigidity(frame, law=LAW)
     assert result["self_stress"]["states"] == fixed.hyperstaticity == sum(result["self_stress"]["hyperstaticity"])
     floppy = result["floppy_modes"]

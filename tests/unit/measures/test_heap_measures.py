@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
 from workflow.measures.heap import (
     Ground,
@@ -38,7 +38,7 @@ def frame_of(position: np.ndarray, base: int, normal: Any = 1.0, tangential: Any
     branch, zero = position[j] - position[i], np.zeros(len(i))
     columns = (zero + normal, zero, zero, zero + tangential, zero, zero, zero, zero > 0, zero > 0)
     one, n = np.ones(len(position)), len(position)
-    contacts = Contacts(i, j, branch, np.hypot(*branch.T) - 1.0, *columns)
+    contacts = Interactions(i, j, branch, np.hypot(*branch.T) - 1.0, *columns)
     return Frame(0, 0.0, "pour", np.zeros(2), np.array([80.0, 80.0]), np.arange(1, n + 1), one, one, position,
                  np.zeros((n, 2)), 0 * one, np.zeros((n, 2)), 0 * one, contacts, (False, False))  # fmt: skip
 

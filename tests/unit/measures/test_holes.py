@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
 from workflow.measures.holes import Holes, grid_holes, holes
 
@@ -23,7 +23,9 @@ def packing(position, cell, diameter=1.0, reach=1e-3) -> Frame:
     gap = np.hypot(*branch.T) - 0.5 * (d[i] + d[j])
     near = gap < reach
     zero, grain = np.zeros(near.sum()), np.zeros(n)
-    contacts = Contacts(i[near], j[near], branch[near], gap[near], zero, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0)
+    contacts = Interactions(
+        i[near], j[near], branch[near], gap[near], zero, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0
+    )
     return Frame(
         0, 0.0, "", np.zeros(2), cell, np.arange(n), d, d**2, position, np.zeros((n, 2)), grain, np.zeros((n,
         2)), grain, contacts,
@@ -60,7 +62,7 @@ def same(one: Holes, other: Holes) -> None:
     # 1e-9 absolute: cancellation of second moments taken about a corner of a cell some 20 wide
     assert one.area == pytest.approx(other.area, rel=1e-9, abs=1e-9)
     assert np.sort(one.radius[~np.isnan(one.radius)]) == pytest.approx(np.sort(other.radius[~np.isnan(other.radius)]), rel=1e-6)
-    assert one.winds.any(axis=0).tolist() == other.winds.any(axis=0).tolist()
+    assert one.wraps.any(axis=0).tolist() == other.wraps.any(axis=0).tolist()
 
 
 def test_square_lattice_has_one_hole_per_grain():
@@ -75,7 +77,7 @@ def test_square_lattice_has_one_hole_per_grain():
     # 1e-8: the square root amplifies rounding of second moments taken in a cell 6 wide
     assert found.radius == pytest.approx(np.full(36, np.sqrt(2 * (1 / 6 - 4 * quarter) / area)), rel=1e-8)
     assert found.weighted_radius == pytest.approx(found.radius[0], rel=1e-8)
-    assert not found.winds.any()
+    assert not found.wraps.any()
 
 
 def test_triangular_lattice_has_two_holes_per_grain():
@@ -97,7 +99,7 @@ def test_necklace_encloses_its_polygon_less_the_sectors(centre):
     assert len(found.area) == 2
     assert found.area[1] == pytest.approx(inside, rel=1e-7)  # the discs overlap by 1e-9
     assert found.area.sum() == pytest.approx(400 - n * np.pi / 4, rel=1e-9)
-    assert found.winds.tolist() == [[True, True], [False, False]]
+    assert found.wraps.tolist() == [[True, True], [False, False]]
     assert found.weighted_radius is None
     # a nearly round hole of equivalent radius close to that of its area: the cusps make it larger by under 3 %
     assert 1.0 < found.radius[1] / np.sqrt(inside / np.pi) < 1.03
@@ -127,7 +129,7 @@ def test_distant_pair_does_not_close_a_hole():
     ring = necklace(24)
     apart = 10.0 + (ring.position - 10.0) * (1 + 5e-4)  # gaps of 5e-4: interactions, not contacts
     opened = packing(apart, ring.cell)
-    assert len(opened.contacts) == 24
+    assert len(opened.interactions) == 24
     found = holes(opened)
     assert len(found.area) == 1
     assert found.area[0] == pytest.approx(400 - 6 * np.pi, rel=1e-12)
@@ -136,13 +138,13 @@ def test_distant_pair_does_not_close_a_hole():
 def test_chain_across_the_cell_leaves_one_hole_that_winds_along_it():
     s = 1 - 1e-9
     found = holes(packing(np.column_stack((s * np.arange(8), np.full(8, 2.0))), (8 * s, 9)))
-    assert found.winds.tolist() == [[True, False]]
+    assert found.wraps.tolist() == [[True, False]]
 
 
 def test_single_grain_and_empty_frame():
     found = holes(packing([[0.3, 0.4]], (3, 5)))
     assert found.area == pytest.approx([15 - np.pi / 4])
-    assert found.winds.tolist() == [[True, True]]
+    assert found.wraps.tolist() == [[True, True]]
     frame = packing([[0.3, 0.4]], (3, 5))
     with pytest.raises(InputError, match="0 grains"):
         holes(replace(frame, ids=np.zeros(0, dtype=np.int64)))
@@ -160,7 +162,7 @@ def test_grain_inside_another_is_covered_and_nan_refused():
 def test_holes_fill_the_cell_outside_the_discs(seed, small):
     """Sum of hole areas = A - discs + overlaps of pairs (three discs share no point here)."""
     frame = loose_packing(seed, small=small)
-    c, r = frame.contacts, frame.diameter / 2
+    c, r = frame.interactions, frame.diameter / 2
     overlaps = sum(lens(r[a], r[b], d) for a, b, d in zip(c.i, c.j, c.distance, strict=True) if d < r[a] + r[b])
     expected = frame.area - np.pi * (r**2).sum() + overlaps
     assert holes(frame).area.sum() == pytest.approx(expected, rel=1e-6)  # the trapezoid rule of ``lens``
@@ -175,7 +177,7 @@ def test_large_holes_agree_with_a_flood_fill_on_a_fine_mesh(seed):
     assert large.sum() >= 3
     assert mesh.area[: large.sum()] == pytest.approx(exact.area[large], rel=0.02)
     assert mesh.radius[: large.sum()] == pytest.approx(exact.radius[large], rel=0.02, nan_ok=True)
-    assert (mesh.winds[: large.sum()] == exact.winds[large]).all()
+    assert (mesh.wraps[: large.sum()] == exact.wraps[large]).all()
     assert mesh.area.sum() == pytest.approx(exact.area.sum(), rel=1e-3)  # boundary nodes cancel statistically
 
 
@@ -187,7 +189,7 @@ def test_translation_relabelling_and_rotation_change_nothing():
     order = np.random.default_rng(0).permutation(frame.grains)
     same(holes(packing(frame.position[order], frame.cell, frame.diameter[order])), expected)
     turned = holes(packing(frame.position[:, ::-1] * [-1, 1], frame.cell[::-1], frame.diameter))
-    same(replace(turned, winds=turned.winds[:, ::-1]), expected)
+    same(replace(turned, wraps=turned.wraps[:, ::-1]), expected)
 
 
 def test_mesh_necklace_across_the_edge_keeps_its_radius():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
 from workflow.measures.percolation import network_clusters, percolation, stressed_clusters
 
@@ -17,7 +17,7 @@ def network(position, cell, pairs, force) -> Frame:
     branch = position[j] - position[i]
     branch -= cell * np.rint(branch / cell)
     zero, n = np.zeros(len(i)), len(position)
-    contacts = Contacts(
+    contacts = Interactions(
         i, j, branch, np.hypot(*branch.T) - 1.0, np.asarray(force, dtype=float), zero, zero, zero, zero, zero, zero,
         zero > 0, zero > 0,
     )  # fmt: skip
@@ -43,7 +43,7 @@ def moved(frame: Frame, shift) -> Frame:
 
 def twin(frame: Frame) -> list[float | None]:
     """Thresholds by adding interactions in decreasing force to breadth-first searches from scratch (slow, obvious)."""
-    c = frame.contacts
+    c = frame.interactions
     magnitude = np.hypot(c.normal_force, c.tangential)
     found: list[float | None] = [None, None]
     for value in np.sort(np.unique(magnitude))[::-1]:
@@ -88,7 +88,7 @@ def test_threshold_is_the_best_bottleneck_of_the_rows():
     rows = network(
         lattice.position,
         lattice.cell,
-        np.column_stack((lattice.contacts.i, lattice.contacts.j))[: side * side],
+        np.column_stack((lattice.interactions.i, lattice.interactions.j))[: side * side],
         force[: side * side],
     )
     assert percolation(rows).axis == (0.7, None)
@@ -112,7 +112,7 @@ def test_diagonal_chain_winds_around_both_axes():
 
 def test_total_force_counts_not_the_normal_part():
     frame = square(3)
-    sheared = replace(frame, contacts=replace(frame.contacts, tangential=np.full(18, np.sqrt(3.0))))
+    sheared = replace(frame, interactions=replace(frame.interactions, tangential=np.full(18, np.sqrt(3.0))))
     assert percolation(sheared).any == pytest.approx(2.0, rel=1e-15)  # rounding of one square root
 
 
@@ -125,7 +125,7 @@ def test_random_networks_agree_with_the_search_from_scratch(seed):
 def test_translation_relabelling_and_direction_change_nothing():
     frame = random_network(3)
     rng = np.random.default_rng(1)
-    order, c = rng.permutation(frame.grains), frame.contacts
+    order, c = rng.permutation(frame.grains), frame.interactions
     inverse = np.argsort(order)
     relabelled = network(
         frame.position[order], frame.cell, np.column_stack((inverse[c.j], inverse[c.i]))[::-1], c.elastic[::-1]
@@ -150,7 +150,7 @@ def test_loops_of_the_periodic_square_lattice():
     """V = n^2, E = 2 n^2: n^2 + 1 independent loops, two of them around the cell."""
     clusters = network_clusters(square(7))
     assert (clusters.grains.tolist(), clusters.interactions.tolist(), clusters.loops.tolist()) == ([49], [98], [50])
-    assert clusters.winds.tolist() == [[True, True]]
+    assert clusters.wraps.tolist() == [[True, True]]
 
 
 def test_stressed_clusters_are_ordered_and_hold_their_loops():
@@ -162,13 +162,13 @@ def test_stressed_clusters_are_ordered_and_hold_their_loops():
     clusters = stressed_clusters(frame, 1e-4)
     assert clusters.label.tolist() == [1, 1, 0, 0, 0, 0, -1, -1]
     assert clusters.loops.tolist() == [2, 0]
-    assert not clusters.winds.any()
+    assert not clusters.wraps.any()
     unwrapped = frame.position + clusters.image * frame.cell
     assert np.ptp(unwrapped[2:6, 1]) == pytest.approx(2 * h)  # in one piece although it crosses the edge
 
 
 def test_branch_that_does_not_fit_the_positions_is_refused():
     frame = square(3)
-    frame.contacts.branch[4] += 0.25
+    frame.interactions.branch[4] += 0.25
     with pytest.raises(InputError, match="differs from their separation"):
         percolation(frame)

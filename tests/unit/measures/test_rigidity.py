@@ -96,8 +96,8 @@ def test_every_rattler_adds_its_own_motions_and_no_self_stress(friction, each):
 def test_counts_agree_with_dense_singular_values(seed):
     rng = np.random.default_rng(seed)
     frame = packing(int(rng.integers(2, 60)), float(rng.uniform(0.4, 0.9)), seed)
-    gap = np.where(rng.random(len(frame.contacts)) < 0.1, 1e-3, frame.contacts.gap)  # some pairs at a distance
-    frame = replace(frame, contacts=replace(frame.contacts, gap=gap))
+    gap = np.where(rng.random(len(frame.interactions)) < 0.1, 1e-3, frame.interactions.gap)  # some pairs at a distance
+    frame = replace(frame, interactions=replace(frame.interactions, gap=gap))
     for friction, rolling in MODELS:
         for free_cell in (False, True):
             book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
@@ -112,8 +112,8 @@ def test_counts_agree_with_dense_singular_values(seed):
 def test_stability_agrees_with_dense_eigenvalues(seed):
     """Distant pairs weaken K: count its negative eigenvalues and look for more than two vanishing ones."""
     frame = packing(50, 0.84, seed)
-    gap = np.where(np.random.default_rng(seed).random(len(frame.contacts)) < 0.1, 1e-3, frame.contacts.gap)
-    frame = replace(frame, contacts=replace(frame.contacts, gap=gap))
+    gap = np.where(np.random.default_rng(seed).random(len(frame.interactions)) < 0.1, 1e-3, frame.interactions.gap)
+    frame = replace(frame, interactions=replace(frame.interactions, gap=gap))
     for strength in (1e-3, 0.3, 3.0):
         law = ContactLaw(kn=1.0, kt=1.0, f0=strength, d0=1.0)
         values = np.linalg.eigvalsh(stiffness_matrix(frame, degrees(frame, friction=True), law).toarray())
@@ -125,7 +125,7 @@ def test_stability_agrees_with_dense_eigenvalues(seed):
 
 def backbone_of(frame, rolling):
     """Twin: cut every interaction that alone holds its two ends together, unless it is a contact that does not roll."""
-    pairs = list(zip(frame.contacts.i, frame.contacts.j, strict=True))
+    pairs = list(zip(frame.interactions.i, frame.interactions.j, strict=True))
 
     def part_of(grain, edges):
         part, grown = set(), {grain}
@@ -134,7 +134,7 @@ def backbone_of(frame, rolling):
         return part
 
     cut = [
-        pair for k, pair in enumerate(pairs) if not (rolling and frame.contacts.gap[k] < 0)
+        pair for k, pair in enumerate(pairs) if not (rolling and frame.interactions.gap[k] < 0)
         and pair[1] not in part_of(pair[0], pairs[:k] + pairs[k + 1 :])
     ]  # fmt: skip
     left = [pair for pair in pairs if pair not in cut]
@@ -144,8 +144,8 @@ def backbone_of(frame, rolling):
 def alone(frame, kept):
     """The network between the grains ``kept``, built anew."""
     place = {grain: row for row, grain in enumerate(kept)}
-    rows = [k for k, pair in enumerate(zip(frame.contacts.i, frame.contacts.j, strict=True)) if set(pair) <= set(kept)]
-    table = frame.contacts.select(rows)
+    rows = [k for k, pair in enumerate(zip(frame.interactions.i, frame.interactions.j, strict=True)) if set(pair) <= set(kept)]
+    table = frame.interactions.select(rows)
     ends = [[place[grain] for grain in side] for side in (table.i, table.j)]
     return frame_of(frame.position[kept], frame.diameter[kept], frame.cell, *ends, table.branch, gap=table.gap)
 
@@ -153,8 +153,11 @@ def alone(frame, kept):
 @pytest.mark.parametrize(("solid", "seed"), [(0.3, 0), (0.5, 1), (0.6, 2), (0.75, 3), (0.82, 4), (0.84, 5)])
 def test_the_backbone_is_counted_as_if_the_other_grains_were_not_there(solid, seed):
     frame = packing(60, solid, seed)
-    gap = np.where(np.random.default_rng(seed).random(len(frame.contacts)) < 0.05, 1e-3, frame.contacts.gap)
-    frame, law = replace(frame, contacts=replace(frame.contacts, gap=gap)), ContactLaw(kn=1.0, kt=1.0, kr=1e-4, f0=1e-3, d0=1.0)
+    gap = np.where(np.random.default_rng(seed).random(len(frame.interactions)) < 0.05, 1e-3, frame.interactions.gap)
+    frame, law = (
+        replace(frame, interactions=replace(frame.interactions, gap=gap)),
+        ContactLaw(kn=1.0, kt=1.0, kr=1e-4, f0=1e-3, d0=1.0),
+    )
     for friction, rolling in MODELS:
         kept = backbone_of(frame, rolling)
         model = {"law": law, "friction": friction, "rolling": rolling, "free_cell": True}
@@ -196,7 +199,7 @@ def test_counts_do_not_depend_on_labels_orientation_of_pairs_place_or_unit_of_le
     frame = packing(60, 0.75, 3)
     order = np.random.default_rng(0).permutation(60)
     label = np.argsort(order)
-    pairs = frame.contacts
+    pairs = frame.interactions
     shuffled = np.random.default_rng(1).permutation(len(pairs))
     relabelled = frame_of(
         frame.position[order],
@@ -218,8 +221,8 @@ def test_counts_do_not_depend_on_labels_orientation_of_pairs_place_or_unit_of_le
 def test_branches_stored_with_few_digits_are_counted_alike():
     """Text dumps keep six digits or so; independent rounding of each branch must not stop clusters from rotating."""
     frame = packing(200, 0.6, 8, open_cell=True)
-    rounded = replace(frame.contacts, branch=np.round(frame.contacts.branch, 6))
-    assert counts(replace(frame, contacts=rounded)) == counts(frame)
+    rounded = replace(frame.interactions, branch=np.round(frame.interactions.branch, 6))
+    assert counts(replace(frame, interactions=rounded)) == counts(frame)
 
 
 def test_a_larger_packing_is_counted_consistently_with_a_clear_gap():

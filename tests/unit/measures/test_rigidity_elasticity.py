@@ -17,7 +17,7 @@ LAW = ContactLaw(kn=1.0, kt=0.6, kr=0.05)
 
 def energy(frame, motion, per_grain, law, rest):
     """Elastic energy of finite displacements: gaps from true distances, slip from true angles of turn and radii."""
-    pairs, radius = frame.contacts, 0.5 * frame.diameter
+    pairs, radius = frame.interactions, 0.5 * frame.diameter
     grains, strain = motion[: per_grain * frame.grains].reshape(-1, per_grain), motion[per_grain * frame.grains :]
     branch = pairs.branch * (1.0 - (strain if len(strain) else 0.0)) + grains[pairs.j, :2] - grains[pairs.i, :2]
     total = 0.5 * law.kn * (np.hypot(*branch.T) - rest) ** 2
@@ -43,7 +43,7 @@ def test_stiffness_is_the_hessian_of_the_energy_at_zero_prestress(friction, roll
     frame = strip(6)
     book = degrees(frame, friction=friction, rolling=rolling, free_cell=free_cell)
     law = LAW if rolling else replace(LAW, kr=0.0)
-    exact = hessian(lambda motion: energy(frame, motion, book.per_grain, law, frame.contacts.distance), book.columns)
+    exact = hessian(lambda motion: energy(frame, motion, book.per_grain, law, frame.interactions.distance), book.columns)
     # Differences over 2e-3: truncation about (1e-3)^2 times fourth derivatives of order ten.
     np.testing.assert_allclose(stiffness_matrix(frame, book, law).toarray(), exact, atol=5e-5)
 
@@ -51,7 +51,7 @@ def test_stiffness_is_the_hessian_of_the_energy_at_zero_prestress(friction, roll
 def test_prestress_adds_the_rotation_term_that_the_paper_leaves_out():
     """With overlap h each contact adds -(N/r) (t.(u_i - u_j))^2, N = -K_N h, to the frictionless energy."""
     frame, overlap = strip(6), 0.01
-    pairs = frame.contacts
+    pairs = frame.interactions
     book = degrees(frame, friction=False)
     exact = hessian(lambda motion: energy(frame, motion, 2, LAW, pairs.distance + overlap), book.columns)
     correction = np.zeros((book.columns, book.columns))

@@ -28,18 +28,18 @@ def test_floppy_modes_are_an_orthonormal_basis_beyond_the_translations(friction,
 def test_floppy_modes_change_gaps_and_contact_points_only_to_second_order():
     """Move the grains and the cell by s times a mode: branches stretch by order s^2 and contacts do not slip."""
     frame = packing(40, 0.55, 7)
-    pairs, radius = frame.contacts, 0.5 * frame.diameter
+    pairs, radius = frame.interactions, 0.5 * frame.diameter
     share = radius[pairs.i] / (radius[pairs.i] + radius[pairs.j])
     modes = floppy_modes(frame, free_cell=True)
     step = 1e-5
     for motion, strain in zip(modes.grains, modes.cell, strict=True):
-        shift, spin = step * motion[:, :2], step * motion[:, 2]
+        shift, omega = step * motion[:, :2], step * motion[:, 2]
         branch = pairs.branch * (1.0 - step * strain) + shift[pairs.j] - shift[pairs.i]
-        stretch = np.hypot(*branch.T) - pairs.distance
+        xi_t = np.hypot(*branch.T) - pairs.distance
         turn = angle_between(pairs.branch, branch)
-        slip = pairs.distance * (share * spin[pairs.i] + (1.0 - share) * spin[pairs.j] - turn)
+        slip = pairs.distance * (share * omega[pairs.i] + (1.0 - share) * omega[pairs.j] - turn)
         # Second order: displacements are at most 1e-5, squared over a branch of at least 0.5 gives 2e-10.
-        assert np.abs(stretch).max() < 1e-9
+        assert np.abs(xi_t).max() < 1e-9
         assert np.abs(slip).max() < 1e-9
 
 
@@ -47,17 +47,17 @@ def test_the_only_mechanism_of_a_free_cluster_is_its_rotation():
     frame = double_triangle()
     modes = floppy_modes(frame)
     (motion,) = modes.grains
-    spin = motion[:, 2]
-    np.testing.assert_allclose(spin, spin[0], rtol=1e-10)
-    np.testing.assert_allclose(motion[:, 0], -spin[0] * frame.position[:, 1], atol=1e-12)
-    np.testing.assert_allclose(motion[:, 1], spin[0] * frame.position[:, 0], atol=1e-12)
+    omega = motion[:, 2]
+    np.testing.assert_allclose(omega, omega[0], rtol=1e-10)
+    np.testing.assert_allclose(motion[:, 0], -omega[0] * frame.position[:, 1], atol=1e-12)
+    np.testing.assert_allclose(motion[:, 1], omega[0] * frame.position[:, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize(("friction", "rolling", "free_cell"), MODELS)
 def test_self_stresses_balance_every_grain(friction, rolling, free_cell):
     """Sum the forces and torques on every grain directly; in a free cell the mean stress vanishes too."""
     frame = packing(50, 0.92, 4)
-    pairs = frame.contacts
+    pairs = frame.interactions
     model = {"friction": friction, "rolling": rolling, "free_cell": free_cell}
     stress = self_stress(frame, **model)
     assert stress.normal.shape[0] == rigidity(frame, law=LAW, **model).hyperstaticity > 0
@@ -86,7 +86,7 @@ def test_forces_in_the_double_triangle_follow_g07():
     frame = double_triangle()
     stress = self_stress(frame)
     (normal,), (tangential,) = stress.normal.toarray(), stress.tangential.toarray()
-    middle = (frame.contacts.i == 0) & (frame.contacts.j == 1)
+    middle = (frame.interactions.i == 0) & (frame.interactions.j == 1)
     np.testing.assert_allclose(np.abs(tangential / normal)[~middle], np.sqrt(3.0), rtol=1e-10)
     np.testing.assert_allclose(tangential[middle] / normal[middle], 0.0, atol=1e-12)
     assert np.ptp(np.sign(normal[~middle])) == 0.0
@@ -132,7 +132,7 @@ def test_a_loose_grain_moves_freely_and_can_be_left_out():
     assert alone == pytest.approx(3.0 - 2.0 / frame.grains)  # its motions less its part of the translations
     held = without_loose(frame)
     assert held.grains == frame.grains - 1
-    assert held.contacts.i.max() < held.grains
+    assert held.interactions.i.max() < held.grains
     assert mobility(held).mechanisms == mobility(frame).mechanisms - 3
 
 

@@ -29,8 +29,8 @@ def test_independent_bars_are_the_rank_of_generic_networks(seed):
 def test_sliding_contacts_count_once(seed):
     """Against the rank without the tangential rows of the sliding contacts, a tenth of all."""
     frame = packing(60, 0.84, seed, open_cell=True)
-    sliding = np.random.default_rng(seed).random(len(frame.contacts)) < 0.1
-    frame = replace(frame, contacts=replace(frame.contacts, sliding=sliding))
+    sliding = np.random.default_rng(seed).random(len(frame.interactions)) < 0.1
+    frame = replace(frame, interactions=replace(frame.interactions, sliding=sliding))
     kept = np.concatenate((np.ones(len(sliding), dtype=bool), ~sliding))
     matrix = rigidity_matrix(frame, degrees(frame, friction=True)).toarray()[kept]
     assert rigid_clusters(frame).independent == np.linalg.matrix_rank(matrix, tol=1e-9)
@@ -46,8 +46,8 @@ def test_clusters_are_the_largest_sets_that_move_as_one(seed):
     offset = frame.position[:, None] - frame.position[None, :]
     turned = np.stack((-offset[..., 1], offset[..., 0]), axis=-1)
     relative = motions[:, :, None, :2] - motions[:, None, :, :2] - motions[:, None, :, 2:] * turned
-    spin = motions[:, :, None, 2] - motions[:, None, :, 2]
-    together = (np.abs(relative).max(axis=(0, 3)) < 1e-8) & (np.abs(spin).max(axis=0) < 1e-8)  # else of order 1e-2
+    omega = motions[:, :, None, 2] - motions[:, None, :, 2]
+    together = (np.abs(relative).max(axis=(0, 3)) < 1e-8) & (np.abs(omega).max(axis=0) < 1e-8)  # else of order 1e-2
     label = rigid_clusters(frame).grains
     np.testing.assert_array_equal(label[:, None] == label[None, :], together)
 

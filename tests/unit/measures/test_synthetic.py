@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from networks import aggregate
 
-from workflow.data.build import make_frame, touching_pairs
+from workflow.data.build import make_frame, pairs_in_contact
 from workflow.errors import InputError
 from workflow.measures.percolation import network_clusters
 from workflow.measures.synthetic import _meeting, ballistic_aggregate
@@ -14,9 +14,9 @@ def test_a_ballistic_aggregate_is_one_tree_of_discs_that_touch(grains, equal):
     centre = ballistic_aggregate(grains, np.random.default_rng(grains), equal=equal)
     assert centre.mean(axis=0) == pytest.approx([0.0, 0.0], abs=1e-10)
     cell = np.array([2000.0, 2000.0])
-    overlaps, _ = touching_pairs(centre, np.full(grains, 1.0 - 1e-9), cell)
+    overlaps, _ = pairs_in_contact(centre, np.full(grains, 1.0 - 1e-9), cell)
     assert len(overlaps) == 0
-    i, j = touching_pairs(centre, np.full(grains, 1.0 + 1e-9), cell)
+    i, j = pairs_in_contact(centre, np.full(grains, 1.0 + 1e-9), cell)
     clusters = network_clusters(make_frame(centre, 1.0, cell, {"i": i, "j": j}), singles=True)
     assert clusters.grains.tolist() == [grains]
     assert clusters.loops.tolist() == [0]

@@ -61,7 +61,7 @@ def test_angular_momentum_changes_at_the_rate_of_gap_times_tangential_force() ->
     run = integrate(law, collision(), 0.2, t_eval=np.linspace(0.0, 0.2, 2001))
     mass, inertia = run.start.mass, 1.0 / run.start.inverse_inertia
     cross = run.position[..., 0] * run.velocity[..., 1] - run.position[..., 1] * run.velocity[..., 0]
-    angular = cross @ mass + run.spin @ inertia
+    angular = cross @ mass + run.omega @ inertia
     rate = (np.where(run.gap < 0.0, run.gap, 0.0) * run.tangential).sum(axis=1)
     integral = np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(run.time))))
     change = angular - angular[0]
@@ -71,13 +71,13 @@ def test_angular_momentum_changes_at_the_rate_of_gap_times_tangential_force() ->
 
 
 def relabelled(discs: Discs, order: list[int]) -> Discs:
-    return Discs(*(getattr(discs, name)[order] for name in ("position", "velocity", "spin", "diameter", "mass")))
+    return Discs(*(getattr(discs, name)[order] for name in ("position", "velocity", "omega", "diameter", "mass")))
 
 
 def moved(discs: Discs, matrix: np.ndarray, shift: tuple[float, float] = (0.0, 0.0)) -> Discs:
     """Image under a rotation or reflection ``matrix`` (a reflection reverses spins) and a shift."""
-    spin = discs.spin * np.linalg.det(matrix)
-    return Discs(discs.position @ matrix.T + shift, discs.velocity @ matrix.T, spin, discs.diameter)
+    omega = discs.omega * np.linalg.det(matrix)
+    return Discs(discs.position @ matrix.T + shift, discs.velocity @ matrix.T, omega, discs.diameter)
 
 
 @pytest.mark.parametrize("law", [FULL, LAWS["stiff"]], ids=["full", "stiff"])
@@ -88,7 +88,7 @@ def test_rotation_reflection_and_shift_move_the_trajectory_along(law: CohesiveLa
     other = run_collision(law, moved(collision(), turn, shift=(0.25, -0.5)), rows=5)
     # the shift rounds positions at 1e-16: K_N/F0 times that in the forces, amplified by several collisions
     np.testing.assert_allclose(other.velocity, plain.velocity @ turn.T, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(other.spin, plain.spin * np.linalg.det(turn), rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(other.omega, plain.omega * np.linalg.det(turn), rtol=0.0, atol=1e-8)
 
 
 def test_relabelling_changes_no_motion() -> None:
@@ -96,7 +96,7 @@ def test_relabelling_changes_no_motion() -> None:
     plain, other = run_collision(FULL, rows=5), run_collision(FULL, relabelled(collision(), order), rows=5)
     # only the order of sums differs
     np.testing.assert_allclose(other.velocity, plain.velocity[:, order], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(other.spin, plain.spin[:, order], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(other.omega, plain.omega[:, order], rtol=0.0, atol=1e-9)
     named = [(event.kind, tuple(sorted(order[k] for k in event.pair))) for event in other.events]
     assert named == [(event.kind, event.pair) for event in plain.events]
     assert [event.time for event in other.events] == pytest.approx([event.time for event in plain.events], abs=1e-9)
@@ -106,7 +106,7 @@ def test_common_velocity_changes_nothing() -> None:
     discs = collision()
     drift = np.array([0.7, -0.3])
     plain = run_collision(FULL, rows=5)
-    other = run_collision(FULL, Discs(discs.position, discs.velocity + drift, discs.spin, discs.diameter), rows=5)
+    other = run_collision(FULL, Discs(discs.position, discs.velocity + drift, discs.omega, discs.diameter), rows=5)
     np.testing.assert_allclose(other.velocity - drift, plain.velocity, rtol=0.0, atol=1e-9)
 
 
@@ -125,7 +125,7 @@ def test_a_run_continues_from_its_last_state(fraction: float) -> None:
     second = integrate(FULL, first.discs(), 0.1 * (1.0 - fraction))
     # absolute positions are rounded once more on the way: 1e-16 against overlaps of 1e-4
     np.testing.assert_allclose(second.velocity[-1], whole.velocity[-1], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(second.stretch[-1], whole.stretch[-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(second.xi_t[-1], whole.xi_t[-1], rtol=0.0, atol=1e-12)
     kinds = [event.kind for event in first.events + second.events]
     assert kinds == [event.kind for event in whole.events]
 

@@ -16,9 +16,9 @@ from workflow.reference.integrate import integrate
 LAWS = [{"index": 36}, {"index": 144, "cutoff": 1.047}, {"index": 12, "cutoff": 1.5}, {"stiffness": 500.0}]
 
 
-def above(height: float, velocity: Any = (0.0, 0.0), spin: float = 0.0) -> Discs:
+def above(height: float, velocity: Any = (0.0, 0.0), omega: float = 0.0) -> Discs:
     """A unit disc above a fixed one."""
-    return Discs([[0.0, 0.0], [0.0, height]], [[0.0, 0.0], list(velocity)], [0.0, spin], [1.0, 1.0], [math.inf, 1.0])
+    return Discs([[0.0, 0.0], [0.0, height]], [[0.0, 0.0], list(velocity)], [0.0, omega], [1.0, 1.0], [math.inf, 1.0])
 
 
 def fall(law: ContinuousLaw, start: Discs, times: Any) -> Trajectory:
@@ -49,10 +49,10 @@ def test_damping_is_half_critical(index: int) -> None:
 @pytest.mark.parametrize("mu", [0.2, 0.6])
 def test_friction_reaches_amontons_law(law: dict[str, Any], mu: float) -> None:
     """A disc that turns against another, both held at r = 0.98: T rises by eq. 5 and stays at mu N."""
-    distance, spin = 0.98, 0.5
-    start = Discs([[0.0, 0.0], [0.0, distance]], np.zeros((2, 2)), [0.0, spin], [1.0, 1.0], [math.inf] * 2)
+    distance, omega = 0.98, 0.5
+    start = Discs([[0.0, 0.0], [0.0, distance]], np.zeros((2, 2)), [0.0, omega], [1.0, 1.0], [math.inf] * 2)
     r0 = 1.0 if "stiffness" in law else law.get("cutoff", 1.2)
-    largest, speed = 1.214 * mu * (r0 - distance), 0.5 * distance * spin
+    largest, speed = 1.214 * mu * (r0 - distance), 0.5 * distance * omega
     times = np.array([0.0, 0.3, 3.0]) * largest / speed
     run = integrate(ContinuousLaw(**law, mu=mu), start, times[-1], t_eval=times, rtol=1e-10)
     elastic = 500.0 * 0.02 if "stiffness" in law else 0.98 ** -(law["index"] + 1.0)
@@ -70,7 +70,7 @@ def test_oblique_collision_keeps_both_momenta_and_the_energy_account(law: dict[s
     run = integrate(ContinuousLaw(**law, sigma=sigma, mass=mass), start, 1.5, t_eval=np.linspace(0.0, 1.5, 9), rtol=1e-10)
     assert "close" in [event.kind for event in run.events]
     (x, y), (vx, vy) = np.moveaxis(run.position, 2, 0), np.moveaxis(run.velocity, 2, 0)
-    angular = (x * vy - y * vx) @ start.mass + run.spin @ (1.0 / start.inverse_inertia)
+    angular = (x * vy - y * vx) @ start.mass + run.omega @ (1.0 / start.inverse_inertia)
     assert angular == pytest.approx(angular[0], abs=1e-9)
     assert np.abs(run.energy.residual).max() < 1e-8
     assert run.energy.viscous[-1] > 0.1

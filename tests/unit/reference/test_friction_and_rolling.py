@@ -17,9 +17,9 @@ def stuck_pair(law: CohesiveLaw, speed: float = 0.0, spins: tuple[float, float] 
     return Discs(position, velocity, np.array(spins), np.ones(2), np.array([first, 1.0]))
 
 
-def oblique(sideways: float) -> Discs:
-    """Unit discs about to meet along x while disc 1 moves along y with ``sideways``."""
-    velocity = np.array([[0.1, 0.0], [-0.1, sideways]])
+def oblique(vt: float) -> Discs:
+    """Unit discs about to meet along x while disc 1 moves along y with ``vt``."""
+    velocity = np.array([[0.1, 0.0], [-0.1, vt]])
     return Discs(np.array([[0.0, 0.0], [1.001, 0.0]]), velocity, np.array([1.0, 3.0]), np.ones(2))
 
 
@@ -37,7 +37,7 @@ def test_slip_cessation_of_a_disc_on_a_fixed_disc() -> None:
     assert first.events[1].time == pytest.approx(cessation, rel=2e-5)
     end = integrate(law, discs, first.events[1].time)
     assert end.velocity[-1, 1, 1] == pytest.approx(2.0 / 3.0 * v0, rel=2e-5)
-    assert end.spin[-1, 1] == pytest.approx(2.0 / 3.0 * v0 / 0.5, rel=2e-5)
+    assert end.omega[-1, 1] == pytest.approx(2.0 / 3.0 * v0 / 0.5, rel=2e-5)
     assert end.tangential[-1, 0] == pytest.approx(-law.mu * law.f0, rel=2e-5)
 
 
@@ -50,35 +50,35 @@ def test_gross_sliding_impulse_is_mu_times_the_elastic_one() -> None:
     run = integrate(law, discs, 3e-4)
     # the normal turns by vt pi sqrt(m/K_N)/R = 2e-5 during the contact: 2e-6 when multiplied by vt
     assert run.velocity[-1, 1] == pytest.approx([vn, vt - 2.0 * mu * vn], abs=4e-6)
-    assert 0.5 * run.spin[-1, 1] == pytest.approx(4.0 * mu * vn, abs=4e-6)
+    assert 0.5 * run.omega[-1, 1] == pytest.approx(4.0 * mu * vn, abs=4e-6)
     assert [event.kind for event in run.events] == ["close", "open"]  # slipping from the first touch
 
 
 def test_rolling_decays_linearly_and_locks() -> None:
     """Opposite spins roll without sliding: moment mu_r F0, exactly constant since nothing else moves."""
     law = CohesiveLaw(kn=1e3, kt=1e3, mu=0.5, f0=1.0, d0=1e-3, kr=10.0, mur=5e-3)
-    spin, inertia = 0.05, 1.0 / 16.0  # two discs of I = 1/8
+    omega, inertia = 0.05, 1.0 / 16.0  # two discs of I = 1/8
     omega = math.sqrt(law.kr / inertia)
-    onset = math.asin(law.mur * law.f0 * omega / (law.kr * 2.0 * spin)) / omega
-    at_onset = 2.0 * spin * math.cos(omega * onset)
+    onset = math.asin(law.mur * law.f0 * omega / (law.kr * 2.0 * omega)) / omega
+    at_onset = 2.0 * omega * math.cos(omega * onset)
     lock = onset + at_onset * inertia / (law.mur * law.f0)
     times = np.linspace(0.0, lock + 3.5 * math.pi / omega, 200)
-    run = integrate(law, stuck_pair(law, spins=(-spin, spin)), times[-1], t_eval=times)
+    run = integrate(law, stuck_pair(law, spins=(-omega, omega)), times[-1], t_eval=times)
     # closed form without approximation; the overlap F0/K_N is rounded to 2e-16 of 1e-3
     assert [event.kind for event in run.events[:2]] == ["roll", "lock"]
     assert [event.time for event in run.events[:2]] == pytest.approx([onset, lock], rel=1e-9)
     assert run.energy.rolling_friction[-1] == pytest.approx(0.5 * inertia * at_onset**2, rel=1e-9)
     after = times > lock
     swing = law.mur * law.f0 / law.kr * np.cos(omega * (times[after] - lock))
-    np.testing.assert_allclose(run.rotation[after, 0], swing, rtol=0.0, atol=1e-9 * law.mur / law.kr)
-    np.testing.assert_allclose(run.moment, -law.kr * run.rotation, rtol=1e-14)
-    assert np.all(run.spin[:, 0] == pytest.approx(-run.spin[:, 1], abs=1e-13))
+    np.testing.assert_allclose(run.xi_r[after, 0], swing, rtol=0.0, atol=1e-9 * law.mur / law.kr)
+    np.testing.assert_allclose(run.moment, -law.kr * run.xi_r, rtol=1e-14)
+    assert np.all(run.omega[:, 0] == pytest.approx(-run.omega[:, 1], abs=1e-13))
 
 
 @pytest.mark.parametrize("law", [CohesiveLaw(kn=1e4, kt=1e4, mu=0.0), CohesiveLaw(kn=1e4, kt=0.0, mu=0.5)])
 def test_without_friction_nothing_turns(law: CohesiveLaw) -> None:
     run = integrate(law, oblique(0.1), 0.1, t_eval=np.linspace(0.0, 0.1, 50))
-    assert np.ptp(run.spin, axis=0).max() == 0.0
+    assert np.ptp(run.omega, axis=0).max() == 0.0
     assert np.abs(run.tangential).max() == 0.0
     assert [event.kind for event in run.events] == ["close", "open"]
 
@@ -93,7 +93,7 @@ def test_infinite_friction_never_slips_and_forgets_its_spring_at_opening() -> No
     assert run.energy.opening[-1] > 1e-3 * run.energy.kinetic[0]
     # the same trajectory cut at the event: equal up to the tolerance
     assert run.energy.opening[-1] == pytest.approx(before.tangential[-1] + before.rolling[-1], rel=1e-9)
-    assert run.stretch[-1, 0] == 0.0
+    assert run.xi_t[-1, 0] == 0.0
     # rounding of a sum of energies of order 1e-2 and errors of 1e-12 in each of some 100 steps
     assert np.abs(run.energy.residual).max() < 1e-10 * run.energy.kinetic[0]
 
@@ -103,25 +103,25 @@ def crude_run(law: CohesiveLaw, discs: Discs, t_end: float, steps: int) -> tuple
     dt = t_end / steps
     (x0, y0), (x1, y1) = discs.position.tolist()
     (u0, w0), (u1, w1) = discs.velocity.tolist()
-    s0, s1 = discs.spin.tolist()
+    s0, s1 = discs.omega.tolist()
     (m0, m1), (d0, d1) = discs.mass.tolist(), discs.diameter.tolist()
     eta = law.zeta * math.sqrt(4.0 * law.kn * m0 * m1 / (m0 + m1))
-    stretch = turn = 0.0
+    xi_t = turn = 0.0
     for _ in range(steps):
         r = math.hypot(x1 - x0, y1 - y0)
         nx, ny, gap = (x1 - x0) / r, (y1 - y0) / r, r - 0.5 * (d0 + d1)
         normal = tangential = moment = 0.0
         if gap < 0.0:
             normal = -law.kn * gap - eta * ((u1 - u0) * nx + (w1 - w0) * ny) - law.f0
-            stretch += ((w1 - w0) * nx - (u1 - u0) * ny - 0.5 * (d0 * s0 + d1 * s1)) * dt
+            xi_t += ((w1 - w0) * nx - (u1 - u0) * ny - 0.5 * (d0 * s0 + d1 * s1)) * dt
             turn += (s1 - s0) * dt
             largest = -law.mu * law.kn * gap / law.kt
-            stretch = max(-largest, min(largest, stretch))
+            xi_t = max(-largest, min(largest, xi_t))
             largest = -law.mur * law.kn * gap / law.kr
             turn = max(-largest, min(largest, turn))
-            tangential, moment = -law.kt * stretch, -law.kr * turn
+            tangential, moment = -law.kt * xi_t, -law.kr * turn
         else:
-            stretch = turn = 0.0
+            xi_t = turn = 0.0
             if gap < law.d0:
                 normal = -law.f0 * (1.0 - gap / law.d0)
         fx, fy = normal * nx - tangential * ny, normal * ny + tangential * nx
@@ -141,7 +141,7 @@ def test_agrees_with_a_crude_explicit_integration_to_first_order() -> None:
     errors = []
     for steps in (20_000, 80_000):
         velocities, spins = crude_run(law, discs, 0.04, steps)
-        errors.append(max(np.abs(run.velocity[-1].ravel() - velocities).max(), np.abs(run.spin[-1] - spins).max()))
+        errors.append(max(np.abs(run.velocity[-1].ravel() - velocities).max(), np.abs(run.omega[-1] - spins).max()))
     # omega dt = 7e-5 at 80,000 steps, with speeds of 0.5
     assert errors[1] < 1e-4
     # a fourth of the step, a fourth of the error, up to where the steps fall relative to the events

@@ -13,11 +13,11 @@ from workflow.reference.integrate import integrate
 EXACT = 1e-9
 
 
-def pair(gap: float, receding: float, diameters: tuple[float, float] = (1.0, 1.0)) -> Discs:
-    """Two discs on the x axis, relative velocity ``receding``, centre of mass at rest."""
+def pair(gap: float, vn: float, diameters: tuple[float, float] = (1.0, 1.0)) -> Discs:
+    """Two discs on the x axis, relative velocity ``vn``, centre of mass at rest."""
     diameter = np.array(diameters)
     mass = diameter**2
-    velocity = receding * np.array([-mass[1], mass[0]]) / mass.sum()
+    velocity = vn * np.array([-mass[1], mass[0]]) / mass.sum()
     position = np.array([[0.0, 0.0], [diameter.sum() / 2.0 + gap, 0.0]])
     return Discs(position, np.column_stack((velocity, np.zeros(2))), np.zeros(2), diameter)
 

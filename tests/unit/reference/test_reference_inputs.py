@@ -18,7 +18,7 @@ def two(**changes: object) -> Discs:
     values: dict[str, object] = {
         "position": [[0.0, 0.0], [1.001, 0.0]],
         "velocity": [[0.1, 0.0], [-0.1, 0.0]],
-        "spin": [0.0, 0.0],
+        "omega": [0.0, 0.0],
         "diameter": [1.0, 1.0],
     }
     return Discs(**(values | changes))  # type: ignore[arg-type]
@@ -31,7 +31,7 @@ CASES: list[tuple[Callable[[], object], str]] = [
     (lambda: CohesiveLaw(kn=1.0, mu=math.nan), "'mu' is nan; it must be >= 0;"),
     (lambda: CohesiveLaw(kn=1.0, kr=math.inf), "'kr' is inf"),
     (lambda: two(diameter=[1.0]), "'diameter' has 1 values; the reference takes 2 to 6"),
-    (lambda: two(spin=[0.0, 0.0, 0.0]), "'spin' has shape (3,); it must be (2,)"),
+    (lambda: two(omega=[0.0, 0.0, 0.0]), "'omega' has shape (3,); it must be (2,)"),
     (lambda: two(velocity=[[0.0, 0.0], [0.0, math.inf]]), "'velocity' is [[0.0, 0.0], [0.0, inf]]"),
     (lambda: two(diameter=[1.0, -1.0]), "'diameter' is [ 1. -1.]; it must be > 0"),
     (lambda: two(mass=[1.0, 0.0]), "'mass' is [1. 0.]; it must be > 0"),
@@ -44,8 +44,8 @@ CASES: list[tuple[Callable[[], object], str]] = [
     (lambda: integrate(LAW, two(), 1.0, cell=Cell(np.array([1.9, 3.0]))), "twice the range 1 of a pair"),
     (lambda: integrate(LAW, two(), 9.0, cell=Cell(np.array([3.0, 3.0]), (0.1, 0.0))), "lower the rate"),
     (
-        lambda: integrate(LAW, two(position=[[0.0, 0.0], [0.999, 0.0]], stretch=[1.0]), 1.0),
-        "'stretch' of pair 0 is 1; the law allows at most 0.0003",
+        lambda: integrate(LAW, two(position=[[0.0, 0.0], [0.999, 0.0]], xi_t=[1.0]), 1.0),
+        "'xi_t' of pair 0 is 1; the law allows at most 0.0003",
     ),
 ]
 

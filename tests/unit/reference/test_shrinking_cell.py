@@ -23,9 +23,9 @@ def affine_pair(branch: tuple[float, float], mass: float = 1.0, diameter: float 
 @pytest.mark.parametrize("image", [(3.0, 0.0), (-3.0, 4.0), (300.0, -40.0)])
 def test_impact_across_the_boundary_is_the_impact_in_open_space(image: tuple[float, float]) -> None:
     position, velocity = np.array([[0.0, 0.0], [0.6, 0.6]]), np.array([[0.1, 0.4], [-0.2, -0.3]])
-    spin, diameter, cell = np.array([0.5, -0.6]), np.array([1.0, 0.695]), Cell(np.array([3.0, 4.0]))
-    near = integrate(FULL, Discs(position, velocity, spin, diameter), 0.04)
-    far = integrate(FULL, Discs(position + np.array([[0, 0], image]), velocity, spin, diameter), 0.04, cell=cell)
+    omega, diameter, cell = np.array([0.5, -0.6]), np.array([1.0, 0.695]), Cell(np.array([3.0, 4.0]))
+    near = integrate(FULL, Discs(position, velocity, omega, diameter), 0.04)
+    far = integrate(FULL, Discs(position + np.array([[0, 0], image]), velocity, omega, diameter), 0.04, cell=cell)
     # a position of 300 is rounded at 3e-14, K_N = 1e4
     np.testing.assert_allclose(far.velocity[-1], near.velocity[-1], rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(far.branch[-1], near.branch[-1], rtol=0.0, atol=1e-9)
@@ -56,8 +56,8 @@ def test_head_on_contact_in_a_shrinking_cell() -> None:
 
     def twin(t: float, y: np.ndarray, affine: float) -> list[float]:
         gradient = -rate / (1.0 - rate * t)
-        receding = y[1] + gradient * (1.0 + y[0])
-        return [receding, (-law.kn * y[0] - eta * (y[1] + affine * (receding - y[1])) - law.f0) / 0.5]
+        vn = y[1] + gradient * (1.0 + y[0])
+        return [vn, (-law.kn * y[0] - eta * (y[1] + affine * (vn - y[1])) - law.f0) / 0.5]
 
     def last_gap(affine: float) -> float:
         return float(solve_ivp(twin, (0.0, t_end), [-overlap, 0.0], "LSODA", None, args=(affine,), **TIGHT).y[0, -1])
@@ -83,7 +83,7 @@ def test_tangential_spring_and_sliding_work_of_discs_that_follow_the_cell() -> N
     t_end = 0.05
     stuck = integrate(CohesiveLaw(kn=1e3, kt=1e3, mu=math.inf), discs, t_end, cell=cell)
     displacement = quad(lambda t: path(t)[2], 0.0, t_end, epsabs=1e-13)[0]
-    assert stuck.stretch[-1, 0] == pytest.approx(displacement, rel=1e-9)
+    assert stuck.xi_t[-1, 0] == pytest.approx(displacement, rel=1e-9)
     assert stuck.gap[-1, 0] == pytest.approx(path(t_end)[0], rel=1e-10)
     # no kinetic energy: the cell pays for both springs
     assert stuck.energy.cell_work[-1] == pytest.approx(np.ptp(stuck.energy.stored), rel=1e-9)

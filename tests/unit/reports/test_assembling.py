@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
 from workflow.reports.assembling import closing, density_history, snapshots
 
-EMPTY = Contacts(*(np.zeros(0, int),) * 2, np.zeros((0, 2)), *(np.zeros(0),) * 8, *(np.zeros(0, bool),) * 2)
+EMPTY = Interactions(*(np.zeros(0, int),) * 2, np.zeros((0, 2)), *(np.zeros(0),) * 8, *(np.zeros(0, bool),) * 2)
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import ArchiveError, InputError
 from workflow.reports import figures
 from workflow.reports.figures import force_network, history
@@ -27,7 +27,7 @@ def frame():
     gap = np.where(np.arange(m) < 50, -1e-3, 1e-4)
     elastic[50:] = 0
     zero = np.zeros(m)
-    table = Contacts(i, j, branch, gap, elastic, zero, attraction, zero, zero, zero, zero, zero > 0, zero > 0)
+    table = Interactions(i, j, branch, gap, elastic, zero, attraction, zero, zero, zero, zero, zero > 0, zero > 0)
     d = rng.uniform(0.5, 1, n)
     zeros = np.zeros((n, 2))
     return Frame(0, 1.5, "", ORIGIN, CELL, np.arange(n), d, d**2, position, zeros, zero[:n], zeros, zero[:n], table)
@@ -60,19 +60,19 @@ def lines(figure):
 def test_no_line_runs_across_the_cell_and_both_ends_are_seen(frame, drawn):
     force_network(frame, "x.png")
     segments, _, _ = lines(drawn[0])
-    longest = frame.contacts.distance.max()
+    longest = frame.interactions.distance.max()
     lengths = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
     assert lengths.max() <= longest + 1e-12  # rounding of a difference
     ends = segments.reshape(-1, 2)
     inside = ((ends > ORIGIN - 1e-12) & (ends < ORIGIN + CELL + 1e-12)).all(axis=1)
     # Every interaction shows each of its two ends exactly once inside the cell.
-    assert inside.sum() == 2 * len(frame.contacts)
+    assert inside.sum() == 2 * len(frame.interactions)
 
 
 def test_width_is_proportional_to_force_and_colour_tells_the_kind(frame, drawn):
     force_network(frame, "x.png", force_unit=2.0)
     segments, widths, colours = lines(drawn[0])
-    table = frame.contacts
+    table = frame.interactions
     starts = ORIGIN + np.mod(frame.position[table.i] - ORIGIN, CELL)
     for k in range(len(table)):
         match = np.flatnonzero(np.abs(segments[:, 0] - starts[k]).sum(axis=1)
@@ -95,7 +95,7 @@ def test_files_are_equal_for_equal_input(tmp_path, frame, series):
 
 
 def test_a_frame_without_interactions_is_drawn(tmp_path, frame):
-    nothing = frame.contacts.select(np.zeros(60, bool))
+    nothing = frame.interactions.select(np.zeros(60, bool))
     force_network(Frame(**{**vars(frame), "contacts": nothing}), tmp_path / "gas.png")
     assert (tmp_path / "gas.png").stat().st_size > 1000
 

@@ -35,7 +35,7 @@ def lattice(seed: int = 0, side: int = 8, missing: int = 12):
     x, y = (axis.ravel() for axis in np.mgrid[:side, :side])
     kept = np.sort(rng.choice(side**2, side**2 - missing, replace=False))
     frame = make_frame(np.column_stack((x, y))[kept], 1.0 + 1e-6, (side, side))
-    table, rows = frame.contacts, len(frame.contacts)
+    table, rows = frame.interactions, len(frame.interactions)
     pairs = {"i": table.i, "j": table.j, "branch": table.branch, "gap": table.gap,
              "normal": rng.normal(size=rows), "tangential": rng.normal(size=rows)}  # fmt: skip
     return make_frame(frame.position, frame.diameter, frame.cell, pairs)
@@ -142,13 +142,13 @@ def test_arrows_of_a_mechanism_are_on_the_grains_that_can_move():
     cell = np.array([side, side * np.sqrt(0.75)])
     place = np.vstack((np.delete(hexagons, 14, axis=0), [hexagons[14]]))
     frame = make_frame(place, np.append(np.full(35, 1.0 + 1e-6), 0.5), cell)
-    pairs = frame.contacts
+    pairs = frame.interactions
     table = {"i": np.append(pairs.i, 13), "j": np.append(pairs.j, 35)}
     frame = make_frame(place, frame.diameter, cell, table)
     motion = maps.own_motions(frame, mobility(frame), floppy_modes(frame))
     assert (np.hypot(*motion[:-1].T) < 0.2).all()
     assert np.hypot(*motion[-1]) == pytest.approx(1.0)
-    branch = frame.contacts.branch[-1] / np.hypot(*frame.contacts.branch[-1])
+    branch = frame.interactions.branch[-1] / np.hypot(*frame.interactions.branch[-1])
     assert abs(motion[-1] @ branch) < 1e-6  # rolls about its neighbour without coming nearer
 
 

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from workflow.data.frame import Contacts, Frame
-from workflow.measures.contacts import coordination, measure
+from workflow.data.frame import Frame, Interactions
+from workflow.measures.packing import coordination, measure
 from workflow.reports import page_data
 from workflow.reports.figures import kinds_of_fig2
 from workflow.reports.page import with_error, write_report
-from workflow.reports.page_data import KINDS, Sheet, unpacked
+from workflow.reports.page_data import KINDS, ReportData, unpacked
 from workflow.reports.study_page import template, write_page
 from workflow.reports.views import PackingView
 from workflow.scene.method1 import Method1
@@ -29,7 +29,7 @@ CELL, ORIGIN = np.array([6.0, 4.0]), np.array([-2.0, 1.0])
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)> \" ' & <!-- $title"
 
 
-def sheet(seed: int = 1, **changes: Any) -> Sheet:
+def sheet(seed: int = 1, **changes: Any) -> ReportData:
     """Random grains with interactions of every kind, and a series of two stages; a seed for the scene."""
     rng = np.random.default_rng(seed)
     n, m = 40, 60
@@ -39,7 +39,7 @@ def sheet(seed: int = 1, **changes: Any) -> Sheet:
     branch -= CELL * np.round(branch / CELL)
     elastic, gap = rng.uniform(0, 3, m), np.where(np.arange(m) < 50, -1e-3, 1e-4)
     elastic[:10], elastic[50:] = 1.0, 0.0
-    table = Contacts(i, j, branch, gap, elastic, np.zeros(m), np.full(m, -1.0), *rng.normal(size=(4, m)),
+    table = Interactions(i, j, branch, gap, elastic, np.zeros(m), np.full(m, -1.0), *rng.normal(size=(4, m)),
                      *(rng.random((2, m)) > 0.5))  # fmt: skip
     d, still = rng.uniform(0.5, 1, n), np.zeros((n, 2))
     frame = Frame(7, 1.5, "settle", ORIGIN, CELL, np.arange(1, n + 1), d, d**2, position, still, still[:, 0], still,
@@ -53,7 +53,7 @@ def sheet(seed: int = 1, **changes: Any) -> Sheet:
         "units": Method1(seed=seed).units, "view": PackingView(), "scene": Method1(seed=seed), "series": series, "measures": measure(frame, force_unit=1.0),
         "numbers": [("a", "1")], "provenance": [("command", "wf run")], "text": 'scene = "method1"',
     }  # fmt: skip
-    return Sheet(**{**known, **changes})
+    return ReportData(**{**known, **changes})
 
 
 class Page(HTMLParser):
@@ -80,14 +80,14 @@ class Page(HTMLParser):
         return json.loads(self.source[start : self.source.index("</script>", start)])
 
 
-def written(tmp_path: Path, *sheets: Sheet, **options: Any) -> Page:
+def written(tmp_path: Path, *sheets: ReportData, **options: Any) -> Page:
     write_report(tmp_path / "page.html", sheets[0].name, sheets, **options)
     return Page(tmp_path / "page.html")
 
 
 def test_network_of_the_page_is_that_of_the_frame(tmp_path: Path) -> None:
     one = sheet()
-    frame, table = one.frame, one.frame.contacts
+    frame, table = one.frame, one.frame.interactions
     net = written(tmp_path, one).data["runs"][0]["network"]
     found = {name: unpacked(array) for name, array in net["arrays"].items()}
     rattlers = coordination(frame, threshold=1e-4).rattlers
@@ -184,7 +184,7 @@ def test_mean_is_written_to_the_digits_of_its_error() -> None:
 
 def test_frame_without_any_interaction(tmp_path: Path) -> None:
     frame = sheet().frame
-    bare = replace(frame, contacts=frame.contacts.select(np.zeros(len(frame.contacts), bool)))
+    bare = replace(frame, interactions=frame.interactions.select(np.zeros(len(frame.interactions), bool)))
     page = written(tmp_path, sheet(frame=bare, measures=measure(bare, force_unit=1.0), series={}, scene=None))
     assert len(unpacked(page.data["runs"][0]["network"]["arrays"]["i"])) == 0
     assert "undefined" in "".join(page.texts["dd"])  # the Rumpf ratio

@@ -14,7 +14,7 @@ import pytest
 from workflow.data.series import read_last_row, read_series
 from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.runs import progress as watch
-from workflow.runs.checkpoint import Seals, confirmed, damaged, newest, step_of
+from workflow.runs.checkpoint import CheckpointChecksums, confirmed, damaged, newest, step_of
 from workflow.runs.directory import RunDirectory, default_directory
 from workflow.runs.outputs import Parts
 from workflow.runs.resume_point import Start
@@ -146,10 +146,10 @@ def test_the_newest_whole_checkpoint_is_chosen(tmp_path: Path) -> None:
 
 def test_a_sealed_checkpoint_comes_before_a_newer_one_without_seal(tmp_path: Path) -> None:
     checkpoint(tmp_path, "1.a", 100)
-    Seals(tmp_path).look()
+    CheckpointChecksums(tmp_path).look()
     checkpoint(tmp_path, "1.b", 200)
     assert newest(tmp_path).path.name == "checkpoint.1.a"  # type: ignore[union-attr]
-    Seals(tmp_path).look()
+    CheckpointChecksums(tmp_path).look()
     assert newest(tmp_path).path.name == "checkpoint.1.b"  # type: ignore[union-attr]
 
 
@@ -157,7 +157,7 @@ def test_a_sealed_checkpoint_comes_before_a_newer_one_without_seal(tmp_path: Pat
 def test_one_changed_bit_is_noticed(position: int, tmp_path: Path) -> None:
     checkpoint(tmp_path, "3.a", 100)
     file = checkpoint(tmp_path, "3.b", 200)
-    Seals(tmp_path).look()
+    CheckpointChecksums(tmp_path).look()
     content = bytearray(file.read_bytes())
     content[position] ^= 1
     file.write_bytes(bytes(content))
@@ -167,7 +167,7 @@ def test_one_changed_bit_is_noticed(position: int, tmp_path: Path) -> None:
 
 def test_unfinished_and_overwritten_checkpoints_have_no_valid_seal(tmp_path: Path) -> None:
     file = checkpoint(tmp_path, "1.a", 100)
-    seals = Seals(tmp_path)
+    seals = CheckpointChecksums(tmp_path)
     seals.look()
     assert confirmed(file)
     file.write_bytes(HEAD + struct.pack("<q", 300) + bytes(50))  # the engine is writing the next one

@@ -20,7 +20,7 @@ from workflow.scene import fluid as module
 from workflow.scene.fluid import equilibrate, fluid
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
-from workflow.scene.placement import cell_length, diameters, place
+from workflow.scene.placement import cell_length, diameters, place_randomly
 
 SOURCE = Path(__file__).parents[3] / "monte_carlo" / "hard_discs.cpp"
 
@@ -50,8 +50,8 @@ def measured_pressure(discs: Discs, gap: float) -> tuple[float, float]:
     reach = discs.diameter + gap
     i, j, apart = pairs(discs.position, reach, float(discs.cell[0]))
     edges = np.linspace(0.0, 0.16, 9)
-    stretch = apart / ((reach[i] + reach[j]) / 2)
-    count, middle = np.histogram(stretch, edges)[0], (edges[1:] + edges[:-1]) / 2
+    xi_t = apart / ((reach[i] + reach[j]) / 2)
+    count, middle = np.histogram(xi_t, edges)[0], (edges[1:] + edges[:-1]) / 2
     density = len(reach) / np.prod(discs.cell)
     weight = np.pi * density * len(reach) * (np.mean(reach**2) + np.mean(reach) ** 2) / 2 * (1 + middle) * np.diff(edges)
     fit, spread = np.polyfit(middle, np.log(count / weight), 2, w=np.sqrt(count), cov="unscaled")
@@ -93,7 +93,7 @@ def begin(how: str, size: np.ndarray, rng: np.random.Generator) -> Discs:
     if how == "lattice":
         length = cell_length(size, 0.45)
         return Discs(size, lattice(len(size), length), np.array([length, length]))
-    return place(size, 0.45, 0.0, rng, by_size=how == "addition by size")
+    return place_randomly(size, 0.45, 0.0, rng, by_size=how == "addition by size")
 
 
 @pytest.fixture(scope="module")

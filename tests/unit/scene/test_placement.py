@@ -12,7 +12,7 @@ from workflow.data.discs import Discs, strips
 from workflow.errors import InputError
 from workflow.scene import placement
 from workflow.scene.method1 import Method1
-from workflow.scene.placement import cell_length, diameters, place
+from workflow.scene.placement import cell_length, diameters, place_randomly
 
 
 def gaps(discs: Discs) -> np.ndarray:
@@ -41,7 +41,7 @@ def gaps(discs: Discs) -> np.ndarray:
 )
 def test_no_overlap_and_exact_density(count: int, solid_fraction: float, smallest: float, gap: float) -> None:
     rng = np.random.default_rng(count)
-    discs = place(diameters(count, smallest, rng), solid_fraction, gap, rng)
+    discs = place_randomly(diameters(count, smallest, rng), solid_fraction, gap, rng)
     assert gaps(discs).min() >= gap - 1e-12  # differences of coordinates of order ten
     assert np.pi / 4 * np.sum(discs.diameter**2) / np.prod(discs.cell) == pytest.approx(solid_fraction, rel=1e-12)
     assert np.all((discs.position >= 0) & (discs.position < discs.cell))
@@ -49,7 +49,7 @@ def test_no_overlap_and_exact_density(count: int, solid_fraction: float, smalles
 
 
 def one_by_one(diameter: np.ndarray, solid_fraction: float, gap: float, rng: np.random.Generator, *, by_size: bool) -> Discs:
-    """What `place` says it does, disc by disc, each compared with every other."""
+    """What `place_randomly` says it does, disc by disc, each compared with every other."""
     size, length = np.sort(diameter)[::-1] if by_size else rng.permutation(diameter), cell_length(diameter, solid_fraction)
     position = np.full((len(size), 2), np.nan)
 
@@ -102,7 +102,7 @@ def test_cells_change_nothing(
     monkeypatch.setattr(placement, "_PROPOSALS", product_proposals)
     found, expected = (
         method(diameters(count, smallest, rng), phi, gap, rng, by_size=by_size)
-        for method in (place, one_by_one)
+        for method in (place_randomly, one_by_one)
         if (rng := np.random.default_rng(count))
     )
     assert found.position.tobytes() == expected.position.tobytes()
@@ -112,7 +112,7 @@ def test_cells_change_nothing(
 def test_sizes_are_kept() -> None:
     rng = np.random.default_rng(3)
     size = diameters(200, 0.5, rng)
-    assert np.array_equal(np.sort(place(size, 0.4, 1e-3, rng).diameter), np.sort(size))
+    assert np.array_equal(np.sort(place_randomly(size, 0.4, 1e-3, rng).diameter), np.sort(size))
 
 
 def test_seed_decides_all() -> None:
@@ -132,7 +132,7 @@ def test_seed_alone_decides_the_grains_of_scenes_that_differ_in_the_law() -> Non
 def test_positions_are_uniform() -> None:
     """Chi-square of 25 cells, dilute so that points are nearly independent; significance 1e-3 at a fixed seed."""
     rng = np.random.default_rng(11)
-    samples = [place(diameters(2000, 0.5, rng), 0.05, 1e-3, rng) for _ in range(2)]
+    samples = [place_randomly(diameters(2000, 0.5, rng), 0.05, 1e-3, rng) for _ in range(2)]
     points = np.concatenate([sample.position / sample.cell for sample in samples])
     counts, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=5, range=[[0, 1], [0, 1]])
     assert stats.chisquare(counts.ravel()).pvalue > 1e-3
@@ -141,7 +141,7 @@ def test_positions_are_uniform() -> None:
 def test_position_does_not_depend_on_size() -> None:
     """Large discs are placed first, which must not show: rank correlation of size and coordinate, significance 1e-3."""
     rng = np.random.default_rng(12)
-    discs = place(diameters(3000, 0.5, rng), 0.3, 1e-3, rng)
+    discs = place_randomly(diameters(3000, 0.5, rng), 0.3, 1e-3, rng)
     for axis in (0, 1):
         assert stats.spearmanr(discs.diameter, discs.position[:, axis]).pvalue > 1e-3
 
@@ -176,4 +176,4 @@ def test_neighbours_in_space_are_neighbours_in_memory() -> None:
 
 def test_disc_that_would_touch_its_own_image_is_refused() -> None:
     with pytest.raises(InputError, match="own image"):
-        place(np.ones(2), 0.5, 0.0, np.random.default_rng(0))
+        place_randomly(np.ones(2), 0.5, 0.0, np.random.default_rng(0))

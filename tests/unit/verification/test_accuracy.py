@@ -10,15 +10,15 @@ import pytest
 
 from workflow.reference.cohesive import CohesiveLaw
 from workflow.reference.integrate import integrate
-from workflow.verification.accuracy import Few, Many, Plan, few_bodies, many_bodies, orders, recommend
+from workflow.verification.accuracy import FewBodyError, PackingStatistics, Plan, few_bodies, many_bodies, orders, recommend
 from workflow.verification.few_discs import CONTACT, TAIL, cases, pair, pull_off_work, relative, restitution
 from workflow.verification.one_run import VARIANTS
 from workflow.verification.pages import write_accuracy
 
 
-def rows(error: float, order: float, steps: tuple[float, ...] = (14, 28, 56, 112)) -> list[Few]:
+def rows(error: float, order: float, steps: tuple[float, ...] = (14, 28, 56, 112)) -> list[FewBodyError]:
     """An error that falls as step^order from ``error`` at the coarsest step."""
-    return [Few("case", "law", n, 1.0 / n, error * (steps[0] / n) ** order, None, 1.0, 2) for n in steps]
+    return [FewBodyError("case", "law", n, 1.0 / n, error * (steps[0] / n) ** order, None, 1.0, 2) for n in steps]
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0])
@@ -39,7 +39,7 @@ def test_order_and_step_of_a_power_law(order: float) -> None:
 def test_a_step_that_fails_by_chance_counts() -> None:
     """A coarse step that happens to be exact recommends nothing while finer ones fail."""
     table = rows(1e-2, 1.0)
-    table[0] = Few("case", "law", 14, 1.0 / 14, 1e-9, None, 1.0, 2)
+    table[0] = FewBodyError("case", "law", 14, 1.0 / 14, 1e-9, None, 1.0, 2)
     (answer,) = recommend(table, 2e-3)
     assert answer["steps_per_period"] == pytest.approx(70.0, rel=1e-9)  # 1e-2 (14/70) = 2e-3
     assert recommend(rows(1e-4, 1.0), 1e-3)[0]["steps_per_period"] == 14
@@ -62,7 +62,7 @@ def test_pull_off_work_is_the_closed_form() -> None:
 
 
 @pytest.fixture
-def few(monkeypatch: pytest.MonkeyPatch) -> list[Few]:
+def few(monkeypatch: pytest.MonkeyPatch) -> list[FewBodyError]:
     """One case of the study, two steps, every law that can do it."""
     monkeypatch.setattr("workflow.verification.accuracy.cases", lambda count: cases(count)[1:2])
     plan = Plan(groups=2, few=(28, 112), many=(), seeds=1, grains=0, duration=0.0)
@@ -70,7 +70,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> list[Few]:
 
 
 @pytest.mark.engine
-def test_few_bodies_approach_the_reference(few: list[Few]) -> None:
+def test_few_bodies_approach_the_reference(few: list[FewBodyError]) -> None:
     """With friction alone every law converges; four times finer steps leave less than half of the error."""
     errors = {(row.variant, row.steps_per_period): row.error for row in few}
     assert set(errors) == {(variant.name, n) for variant in VARIANTS for n in (28, 112)}
@@ -99,7 +99,7 @@ def test_packings_are_measured() -> None:
 def test_tables_and_figures_are_written(tmp_path: Path) -> None:
     """Tables, figures and a page that needs no other file."""
     table = rows(1e-2, 1.0)
-    many = [Many("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 1e-4, 0.02, 1.0)]
+    many = [PackingStatistics("packing", "law", 28, 1e-4, 2, 60, 0.8, 0.01, 2.5, 0.1, 1e-3, 1e-4, 0.02, 1.0)]
     write_accuracy(tmp_path, table, many, 1e-3, "wf accuracy")
     page = (tmp_path / "accuracy.html").read_text()
     assert page.count("data:image/png;base64,") == 3 and "http" not in page.split("<body>")[1]

@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workflow.data.frame import Contacts, Frame
+from workflow.data.frame import Frame, Interactions
 from workflow.errors import InputError
-from workflow.measures.contacts import (
+from workflow.measures.packing import (
     balance,
     coordination,
     kinetic_energy,
@@ -23,11 +23,11 @@ def network(cell, position, diameter, i, j, branch, normal, **columns):
     """A frame at rest with contacts of given normal force (elastic part alone unless columns say otherwise)."""
     n, m = len(position), len(i)
     gap = np.hypot(*branch.T) - (diameter[i] + diameter[j]) / 2
-    table = {name: np.zeros(m) for name in ("viscous", "attraction", "tangential", "moment", "stretch", "rotation")}
+    table = {name: np.zeros(m) for name in ("viscous", "attraction", "tangential", "moment", "xi_t", "xi_r")}
     table |= {"elastic": normal, "gap": gap, "sliding": np.zeros(m, bool), "rolling": np.zeros(m, bool)} | columns
     zeros = np.zeros((n, 2))
     return Frame(0, 0.0, "test", np.zeros(2), cell, np.arange(1, n + 1), diameter, diameter**2, position, zeros,
-                 zeros[:, 0], zeros, zeros[:, 0], Contacts(i=i, j=j, branch=branch, **table))  # fmt: skip
+                 zeros[:, 0], zeros, zeros[:, 0], Interactions(i=i, j=j, branch=branch, **table))  # fmt: skip
 
 
 def lattice(nx, ny, vectors, cell, force):
@@ -69,7 +69,7 @@ def disordered(seed, grains=40, links=70):
     random = {name: rng.normal(size=links) for name in ("viscous", "attraction", "tangential", "moment")}
     frame = network(np.array([9.0, 7.0]), rng.random((grains, 2)), d, i[rows], j[rows], rng.normal(size=(links, 2)),
                     rng.random(links), **random)  # fmt: skip
-    return replace(frame, velocity=rng.normal(size=(grains, 2)), spin=rng.normal(size=grains))
+    return replace(frame, velocity=rng.normal(size=(grains, 2)), omega=rng.normal(size=grains))
 
 
 def test_triangular_lattice_has_the_known_measures():
@@ -111,7 +111,7 @@ def test_measures_are_json_with_stable_keys():
 @pytest.mark.parametrize("seed", range(3))
 def test_measures_agree_with_their_brute_force_twins(seed):
     frame = disordered(seed)
-    c = frame.contacts
+    c = frame.interactions
     sigma, net, moment, z = np.zeros((2, 2)), np.zeros((40, 2)), np.zeros(40), np.zeros(40)
     for k in range(len(c)):
         n = c.branch[k] / np.linalg.norm(c.branch[k])
@@ -133,7 +133,7 @@ def test_measures_agree_with_their_brute_force_twins(seed):
     network = coordination(frame, threshold=0)
     assert network.z == pytest.approx(z.mean())
     shares = [(z == k).mean() for k in range(6)] + [(z >= 6).mean()]
-    np.testing.assert_allclose(network.shares, shares, atol=EPS)
+    np.testing.assert_allclose(network.fractions, shares, atol=EPS)
     engine = replace(frame, force=net + np.array([0, 0.25]), torque=moment - 0.5)
     assert balance(engine).force_difference == pytest.approx(0.25)
     assert balance(engine).moment_difference == pytest.approx(0.5)
@@ -142,7 +142,7 @@ def test_measures_agree_with_their_brute_force_twins(seed):
 def test_mean_branch_identity_behind_the_rumpf_ratio():
     """P = z Phi <N r>/(pi <d^2>) exactly, for any sizes and forces."""
     frame = disordered(5)
-    c, d = frame.contacts, frame.diameter
+    c, d = frame.interactions, frame.diameter
     z = 2 * len(c) / len(d)
     exact = z * solid_fraction(frame) * (c.normal_force * c.distance).mean() / (np.pi * (d**2).mean())
     assert np.trace(stress(frame)[1]) / 2 == pytest.approx(exact, rel=1e-12)
@@ -161,7 +161,7 @@ def test_rumpf_ratio_is_one_when_force_and_size_are_uncorrelated():
 
 def test_rumpf_ratio_is_undefined_for_a_free_sample():
     frame = square(1.0)
-    free = replace(frame, contacts=replace(frame.contacts, attraction=np.full(50, -1.0)))
+    free = replace(frame, interactions=replace(frame.interactions, attraction=np.full(50, -1.0)))
     assert rumpf_ratio(free, threshold=1e-4) is None
 
 
@@ -183,15 +183,15 @@ def test_rattlers_are_removed_iteratively():
     result = coordination(frame, threshold=1e-4)
     assert result.rattlers.tolist() == [False] * 3 + [True] * 5
     assert result.z == 14 / 8 and result.z_backbone == 2 and result.rattler_fraction == 5 / 8
-    np.testing.assert_allclose(result.shares, [5 / 8, 0, 3 / 8, 0, 0, 0, 0])
+    np.testing.assert_allclose(result.fractions, [5 / 8, 0, 3 / 8, 0, 0, 0, 0])
 
 
 def test_contacts_below_tolerance_do_not_carry():
     assert coordination(chain([1, 1, 1]), threshold=1e-4).rattlers.all()
     frame = triangular()
-    weak = frame.contacts.elastic.copy()
-    weak[(frame.contacts.i == 0) | (frame.contacts.j == 0)] = 5e-5
-    frame = replace(frame, contacts=replace(frame.contacts, elastic=weak))
+    weak = frame.interactions.elastic.copy()
+    weak[(frame.interactions.i == 0) | (frame.interactions.j == 0)] = 5e-5
+    frame = replace(frame, interactions=replace(frame.interactions, elastic=weak))
     result = coordination(frame, threshold=1e-4)
     assert result.rattlers.tolist() == [True] + [False] * 23
     assert result.z == 6 and result.z_backbone == pytest.approx(2 * (72 - 6) / 23)
@@ -202,29 +202,29 @@ def test_with_cohesion_only_grains_without_any_interaction_are_rattlers():
     result = coordination(frame, threshold=1e-4)
     assert result.rattlers.tolist() == [False] * 4 + [True] * 2
     assert result.z == 1 and result.z_backbone == pytest.approx(result.z / (1 - result.rattler_fraction))  # eq. 13
-    np.testing.assert_allclose(result.shares, [2 / 6, 2 / 6, 2 / 6, 0, 0, 0, 0])
+    np.testing.assert_allclose(result.fractions, [2 / 6, 2 / 6, 2 / 6, 0, 0, 0, 0])
 
 
 def test_kinetic_energy_without_drift_and_rattlers():
-    frame = replace(triangular(), velocity=np.tile([3.0, -4.0], (24, 1)), spin=np.full(24, 2.0))
-    rotation = 1.0 * 1.0**2 / 8 * 2.0**2 / 2
+    frame = replace(triangular(), velocity=np.tile([3.0, -4.0], (24, 1)), omega=np.full(24, 2.0))
+    xi_r = 1.0 * 1.0**2 / 8 * 2.0**2 / 2
     alone = np.zeros(24, bool)
-    assert kinetic_energy(frame, alone).raw == pytest.approx(12.5 + rotation)
-    assert kinetic_energy(frame, alone).relative == pytest.approx(rotation)
+    assert kinetic_energy(frame, alone).raw == pytest.approx(12.5 + xi_r)
+    assert kinetic_energy(frame, alone).relative == pytest.approx(xi_r)
     alone[3] = True
-    frame.spin[3], frame.velocity[3] = 1e3, 1e3
-    assert kinetic_energy(frame, alone).relative == pytest.approx(rotation)
+    frame.omega[3], frame.velocity[3] = 1e3, 1e3
+    assert kinetic_energy(frame, alone).relative == pytest.approx(xi_r)
 
 
 def test_relabelling_and_translation_change_nothing():
     frame = disordered(7)
     order = np.random.default_rng(8).permutation(40)
     where = np.argsort(order)
-    c = frame.contacts
+    c = frame.interactions
     moved = replace(
         frame, diameter=frame.diameter[order], mass=frame.mass[order], position=frame.position[order] + 5,
-        velocity=frame.velocity[order], spin=frame.spin[order],
-        contacts=replace(c, i=where[c.j], j=where[c.i], branch=-c.branch, moment=-c.moment),
+        velocity=frame.velocity[order], omega=frame.omega[order],
+        interactions=replace(c, i=where[c.j], j=where[c.i], branch=-c.branch, moment=-c.moment),
     )  # fmt: skip
 
     def numbers(entry):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workflow.data.balance import balance, solid_fraction
-from workflow.data.frame import Bools, Contacts, Floats, Frame, Ints
+from workflow.data.frame import Bools, Floats, Frame, Interactions, Ints
 from workflow.errors import InputError
 
 LARGEST_SHARE = 6  # x_0 ... x_6; the last one counts six neighbours and more
@@ -20,7 +20,7 @@ class Coordination:
     """Who interacts with whom.
 
     ``z`` = 2 M/N over all M interactions, contacts and distant pairs.  ``rattlers`` (N,) and ``backbone`` (M,), bool:
-    see `coordination`.  ``z_backbone`` = z* = z_b/(1 - x_0) with z_b = 2 M_b/N (G07 eq. 13).  ``shares`` (7,): x_k,
+    see `coordination`.  ``z_backbone`` = z* = z_b/(1 - x_0) with z_b = 2 M_b/N (G07 eq. 13).  ``fractions`` (7,): x_k,
     share of the grains with k backbone interactions, the last one with six or more; x_0 = share of rattlers.
     ``distant_share``: distant pairs over interactions.
     """
@@ -29,7 +29,7 @@ class Coordination:
     z_backbone: float
     rattlers: Bools
     backbone: Bools
-    shares: Floats
+    fractions: Floats
     distant_share: float
 
     @property
@@ -62,7 +62,7 @@ def coordination(frame: Frame, *, threshold: float) -> Coordination:
     The engine counts something else while it runs: unsupported grains, those with fewer than two contacts whose elastic
     force exceeds the threshold, once and not again and again (column ``rattlers`` of the time series; docs/model.md).
     """
-    table, n = frame.contacts, frame.grains
+    table, n = frame.interactions, frame.grains
     backbone = np.ones(len(table), dtype=bool)
     if not (table.attraction < 0).any():
         backbone = _peel(table, np.hypot(*table.force.T) > threshold, n)
@@ -72,12 +72,12 @@ def coordination(frame: Frame, *, threshold: float) -> Coordination:
         z_backbone=2 * float(backbone.sum()) / max(int((degree > 0).sum()), 1),
         rattlers=degree == 0,
         backbone=backbone,
-        shares=np.bincount(np.minimum(degree, LARGEST_SHARE), minlength=LARGEST_SHARE + 1) / n,
-        distant_share=float((~table.touching).mean()) if len(table) else 0.0,
+        fractions=np.bincount(np.minimum(degree, LARGEST_SHARE), minlength=LARGEST_SHARE + 1) / n,
+        distant_share=float((~table.in_contact).mean()) if len(table) else 0.0,
     )
 
 
-def _peel(table: Contacts, carrying: Bools, grains: int) -> Bools:
+def _peel(table: Interactions, carrying: Bools, grains: int) -> Bools:
     """Interactions left when those of grains with fewer than two are removed until nothing changes."""
     rows = np.flatnonzero(carrying)
     while True:
@@ -99,7 +99,7 @@ def stress(frame: Frame) -> tuple[Floats, Floats]:
     the velocity relative to the affine motion of the cell.
     """
     kinetic = (frame.mass[:, None] * frame.velocity).T @ frame.velocity / frame.area
-    return kinetic, frame.contacts.force.T @ frame.contacts.branch / frame.area
+    return kinetic, frame.interactions.force.T @ frame.interactions.branch / frame.area
 
 
 def rumpf_ratio(frame: Frame, *, threshold: float) -> float | None:
@@ -109,7 +109,7 @@ def rumpf_ratio(frame: Frame, *, threshold: float) -> float | None:
     over all grains.  T does no work on the branch, so P = z Phi <N r>/(pi <d^2>) holds exactly for any sizes; the
     ratio is thus <N r>/(<N><d>), and eq. 16 sets it to 1.  None if |F_N| <= ``threshold``: P vanishes too (P* = 0).
     """
-    table = frame.contacts
+    table = frame.interactions
     mean_force = float(table.normal_force.mean()) if len(table) else 0.0
     if abs(mean_force) <= threshold:
         return None
@@ -126,7 +126,7 @@ def weighted_rumpf_ratio(frame: Frame, targets: Sequence[float | None], *, thres
     per contact weighted with its branch and compares it with the pressure *imposed*: 1 to the equilibrium criterion.
     None if no stress is imposed on both axes, or if the mean force is within ``threshold``.
     """
-    table = frame.contacts
+    table = frame.interactions
     if any(target is None for target in targets) or not len(table):
         return None
     radius = frame.diameter / 2
@@ -145,7 +145,7 @@ def kinetic_energy(frame: Frame, rattlers: Bools) -> KineticEnergy:
 
     def mean(rows: Bools, drift: Floats) -> float:
         m, v = frame.mass[rows], frame.velocity[rows] - drift
-        energy = m * (v**2).sum(axis=1) / 2 + m * (frame.diameter[rows] * frame.spin[rows]) ** 2 / 16
+        energy = m * (v**2).sum(axis=1) / 2 + m * (frame.diameter[rows] * frame.omega[rows]) ** 2 / 16
         return float(energy.mean()) if len(energy) else 0.0
 
     kept = ~rattlers
@@ -180,18 +180,21 @@ def measure(
     threshold = tolerance * force_unit
     carried = not {"normal", "tangential"} & frame.lacks
     network = coordination(frame, threshold=threshold)
-    cohesive = bool((frame.contacts.attraction < 0).any())
+    cohesive = bool((frame.interactions.attraction < 0).any())
     energy = kinetic_energy(frame, network.rattlers & (not cohesive))
-    touching = int(frame.contacts.touching.sum()) if "gap" not in frame.lacks else None
+    in_contact = int(frame.interactions.in_contact.sum()) if "gap" not in frame.lacks else None
     return {
         "grains": frame.grains,
-        "interactions": {"contacts": touching, "distant": None if touching is None else len(frame.contacts) - touching},
+        "interactions": {
+            "contacts": in_contact,
+            "distant": None if in_contact is None else len(frame.interactions) - in_contact,
+        },
         "solid_fraction": _known(solid_fraction(frame)),
         "coordination": network.z,
         "coordination_backbone": network.z_backbone if carried else None,
         "rattler_fraction": network.rattler_fraction if carried else None,
-        "neighbour_shares": network.shares.tolist() if carried else None,
-        "distant_share": network.distant_share if touching is not None else None,
+        "neighbour_shares": network.fractions.tolist() if carried else None,
+        "distant_share": network.distant_share if in_contact is not None else None,
         "stress": _stress_entry(frame, targets),
         "rumpf_ratio": _known(rumpf_ratio(frame, threshold=threshold)),
         "rumpf_ratio_weighted": _known(weighted_rumpf_ratio(frame, targets, threshold=threshold)),
@@ -226,7 +229,7 @@ def stress_parts(frame: Frame) -> dict[str, dict[str, float | None]]:
     parts = {}
     for name, ((xx, xy), (yx, yy)) in zip(("kinetic", "contacts"), stress(frame), strict=True):
         parts[name] = {"xx": xx, "yy": yy, "xy": xy, "yx": yx, "pressure": (xx + yy) / 2}
-    table = frame.contacts
+    table = frame.interactions
     parts["contacts"]["pressure"] = float((table.normal_force * table.distance).sum()) / (2 * frame.area)
     return {part: {name: _known(float(value)) for name, value in values.items()} for part, values in parts.items()}
 

@@ -146,13 +146,34 @@ struct Cohesive {
     return -c.kr * xi_r;
   }
 
-  // dashpot beside a spring whose elastic displacement grew by dxi in the step
-  static DISC_INLINE double dashpot(double gamma, double gamma_crit, double dxi, double in_contact)
+  // force of the dashpot beside a spring whose elastic displacement grew by dxi_elastic, of dxi, in the step
+  template <bool DISSIPATION>
+  static DISC_INLINE double dashpot(double gamma, double gamma_crit, double dxi_elastic, double in_contact, double dxi,
+                                    double &last_force, double &dissipated)
   {
-    return -gamma * gamma_crit * dxi * in_contact;
+    const double force = -gamma * gamma_crit * dxi_elastic * in_contact;
+    if (DISSIPATION) dissipated -= 0.5 * (last_force + force) * dxi;
+    last_force = force;
+    return force;
   }
 
   // ---- a block of pairs ----
+
+  struct Geometry {
+    double nx, ny, h, in_contact;    // normal; gap; 1 if h < 0, else 0
+    double un, ut;                   // mean relative velocity of the centres over the step
+    double n_rotation;               // angle by which n turns in half a step
+    double vn_mid;                   // d|b|/dt in the middle of the step
+  };
+
+  static DISC_INLINE Geometry geometry(const Constants &c, const Block &b, int k)
+  {
+    const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]), inverse = 1.0 / distance;
+    const double nx = b.bx[k] * inverse, ny = b.by[k] * inverse, h = distance - b.radsum[k];
+    const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
+    const double n_rotation = 0.5 * c.dt * inverse * ut;
+    return {nx, ny, h, h < 0.0 ? 1.0 : 0.0, un, ut, n_rotation, SECOND ? un - n_rotation * ut : un};
+  }
 
   /* The Coulomb and rolling limits hold for the elastic repulsion alone (eqs. 8, 10): neither the viscous part nor F0
      enters.  An open contact has a limit of zero, which empties its springs. */
@@ -166,14 +187,7 @@ struct Cohesive {
     double *const __restrict vn = b.history[H::VN], *const __restrict fn_damp = b.history[H::FN_DAMP];
     double *const __restrict ft_damp = b.history[H::FT_DAMP], *const __restrict mr_damp = b.history[H::MR_DAMP];
     for (int k = 0; k < count; k++) {
-      const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
-      const double inverse = 1.0 / distance;
-      const double nx = b.bx[k] * inverse, ny = b.by[k] * inverse;
-      const double h = distance - b.radsum[k];
-      const double in_contact = h < 0.0 ? 1.0 : 0.0;
-      const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
-      const double n_rotation = 0.5 * dt * inverse * ut;           // angle by which n turns in half a step
-      const double vn_mid = SECOND ? un - n_rotation * ut : un;    // d|b|/dt in the middle of the step
+      const auto [nx, ny, h, in_contact, un, ut, n_rotation, vn_mid] = geometry(c, b, k);
       if (ONSET) b.contact_changed[k] = h * (h - dt * vn_mid) < 0.0 ? 1.0 : 0.0;    // the gap changed its sign
 
       const double fn_elastic = normal_elastic(c, h);
@@ -194,12 +208,9 @@ struct Cohesive {
         const double dxi = ((SECOND ? ut + n_rotation * un : ut) - b.vt_rot[k]) * dt, before = xi_t[k];
         double xi = before;
         ft = tangential<DISSIPATION>(c, fn_elastic, dxi, xi, b.dissipated_sliding[k]);
-        if (DASHPOTS) {
-          const double damping = dashpot(c.gamma_t, gamma_crit[k], xi - before, in_contact);
-          if (DISSIPATION) b.dissipated_viscous[k] -= 0.5 * (ft_damp[k] + damping) * dxi;
-          ft_damp[k] = damping;
-          ft += damping;
-        }
+        if (DASHPOTS)
+          ft += dashpot<DISSIPATION>(c.gamma_t, gamma_crit[k], xi - before, in_contact, dxi, ft_damp[k],
+                                     b.dissipated_viscous[k]);
         xi_t[k] = xi;
         b.tangential[k] = ft;
       }
@@ -207,12 +218,9 @@ struct Cohesive {
         const double dxi = b.omega_rel[k] * dt, before = xi_r[k];
         double xi = before;
         double mr = rolling<DISSIPATION>(c, fn_elastic, dxi, xi, b.dissipated_rolling[k]);
-        if (DASHPOTS) {
-          const double damping = dashpot(c.gamma_r * b.radsum[k], gamma_crit[k], xi - before, in_contact);
-          if (DISSIPATION) b.dissipated_viscous[k] -= 0.5 * (mr_damp[k] + damping) * dxi;
-          mr_damp[k] = damping;
-          mr += damping;
-        }
+        if (DASHPOTS)
+          mr += dashpot<DISSIPATION>(c.gamma_r * b.radsum[k], gamma_crit[k], xi - before, in_contact, dxi, mr_damp[k],
+                                     b.dissipated_viscous[k]);
         xi_r[k] = xi;
         b.moment[k] = mr;
       }

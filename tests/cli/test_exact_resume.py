@@ -134,8 +134,8 @@ def test_a_run_on_a_disk_that_fills_up_resumes_with_more_room(
     small_disk: Callable[[str], Path], wf: Wf, tmp_path: Path
 ) -> None:
     """It stops with a sentence while the last checkpoint is good; with more room the run goes on from there."""
-    disk = small_disk("size=5m")
-    done = wf("run", *SLOW, "--n", "500", "--frame-interval", "0.3", "--out", "disk/new")
+    disk = small_disk("size=3m")
+    done = wf("run", *SLOW, "--frame-interval", "0.3", "--out", "disk/new")
     assert done.returncode == 1
     assert "No space left on device" in done.stderr
     assert "wf resume disk/new" in done.stderr

@@ -36,5 +36,5 @@ def test_the_page_for_users_of_liggghts(
     numbers = dict(re.findall(r"^(\S+) +(\S+)$", said[1].out, re.MULTILINE))
     # LIGGGHTS' own sums of the forces, but for what its mean over a step leaves
     assert float(numbers["unbalanced_force.engine_force_difference"]) < 1e-4
-    assert float(numbers["stress.interactions.pressure"]) > 0.0 and int(numbers["sliding_contacts"]) > 0
+    assert float(numbers["stress.contacts.pressure"]) > 0.0 and int(numbers["sliding_contacts"]) > 0
     assert Path("forces.png").is_file() and Path("export/run.gsd").is_file() and Path("packing.html").is_file()

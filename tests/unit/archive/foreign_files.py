@@ -89,10 +89,10 @@ def direct(p: Packing) -> dict[str, float]:
     energy = 0.5 * p.mass * (p.velocity**2).sum(axis=1) + 0.25 * p.mass * (p.radius * p.omega) ** 2
     total = pairs + kinetic
     return {
-        "grains": count, "interactions.interactions": len(p.i), "interactions.distant": 0, "coordination": 2 * len(p.i) / count,
+        "grains": count, "interactions.contacts": len(p.i), "interactions.distant": 0, "coordination": 2 * len(p.i) / count,
         "solid_fraction": float(np.pi * (p.radius**2).sum() / area),
         "stress.pressure": float(np.trace(total)) / 2, "stress.xx": float(total[0, 0]), "stress.yy": float(total[1, 1]),
-        "stress.interactions.pressure": float(np.trace(pairs)) / 2, "stress.interactions.xx": float(pairs[0, 0]),
+        "stress.contacts.pressure": float(np.trace(pairs)) / 2, "stress.contacts.xx": float(pairs[0, 0]),
         "stress.kinetic.pressure": float(np.trace(kinetic)) / 2, "kinetic_energy.raw": float(energy.mean()),
         "rattler_fraction": rattlers(p), "sliding_contacts": int(p.slides.sum()),
         "unbalanced_force.force": float(np.hypot(*p.net.T).max()) / float(np.abs(p.normal).mean()),

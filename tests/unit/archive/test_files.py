@@ -117,12 +117,12 @@ def test_files_of_one_sample_are_told_from_files_of_several(tmp_path):
     assert sample.sample(Reading()).steps == [1, 2, 3]
     assert [len(found.grains) for found in gathered(steps, tables, Reading(), apart=True)] == [1, 1, 1]
     both = list(gathered([*steps[:2], other], [tables[0], tables[1], tables[2]], Reading(), apart=False))
-    assert [(part.grains, part.interactions) for part in both] == [
+    assert [(part.grains, part.contacts) for part in both] == [
         (tuple(steps[:2]), tuple(tables[:2])),
         ((other,), (tables[2],)),
     ]
     found = list(gathered([steps[0], other], [tables[0], tables[1]], Reading(), apart=False))
-    assert [(part.grains, part.interactions) for part in found] == [((steps[0],), (tables[0],)), ((other,), (tables[1],))]
+    assert [(part.grains, part.contacts) for part in found] == [((steps[0],), (tables[0],)), ((other,), (tables[1],))]
     with pytest.raises(InputError, match="2 samples in 2 files of grains, and 3 files of contacts"):
         list(gathered([steps[0], other], tables, Reading(), apart=False))
 

@@ -52,8 +52,8 @@ def test_a_uniform_disc_spins_with_half_its_mass_at_the_rim(frame):
 
 def test_each_spring_stores_the_work_done_on_it(frame):
     result, c = energies(frame, LAW), frame.interactions
-    for value, k, x in ((result.normal, LAW.kn, np.maximum(-c.gap, 0)), (result.tangential, LAW.kt, c.stretch),
-                        (result.rolling, LAW.kr, c.rotation)):  # fmt: skip
+    for value, k, x in ((result.normal, LAW.kn, np.maximum(-c.gap, 0)), (result.tangential, LAW.kt, c.xi_t),
+                        (result.rolling, LAW.kr, c.xi_r)):  # fmt: skip
         # midpoint rule: exact for a linear force
         steps = (np.arange(100) + 0.5) / 100
         assert value == pytest.approx((k * np.abs(x)[:, None] * steps * np.abs(x)[:, None] / 100).sum(), rel=1e-12)

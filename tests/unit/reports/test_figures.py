@@ -96,7 +96,7 @@ def test_files_are_equal_for_equal_input(tmp_path, frame, series):
 
 def test_a_frame_without_interactions_is_drawn(tmp_path, frame):
     nothing = frame.interactions.select(np.zeros(60, bool))
-    force_network(Frame(**{**vars(frame), "contacts": nothing}), tmp_path / "gas.png")
+    force_network(Frame(**{**vars(frame), "interactions": nothing}), tmp_path / "gas.png")
     assert (tmp_path / "gas.png").stat().st_size > 1000
 
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from wf_process import Wf, record
 
-from workflow.archive.dumps import read_series
 from workflow.archive.read import Archive
 from workflow.data.frame import Frame
+from workflow.data.series import read_series
 from workflow.deck.template import templates
 from workflow.measures.clusters import aggregates
 from workflow.runs.directory import RunDirectory

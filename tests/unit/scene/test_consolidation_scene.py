@@ -49,6 +49,6 @@ def test_the_material_is_that_of_method_2_at_every_stress() -> None:
         ({"per_decade": 0.0}, "per_decade"),
     ],
 )
-def test_misuse(given: dict[str, Any], words: str) -> None:
+def test_value_that_is_not_allowed_is_named(given: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         scene_from({"scene": "consolidation", **given})

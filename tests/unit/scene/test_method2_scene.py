@@ -53,7 +53,7 @@ def test_toml_repeats_the_scene() -> None:
         ({"soft_kappa": 1.0}, "soft_kappa"),
     ],
 )
-def test_misuse(given: dict[str, Any], words: str) -> None:
+def test_value_that_is_not_allowed_is_named(given: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         scene_from({"scene": "method2", **given})
 

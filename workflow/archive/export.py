@@ -51,7 +51,6 @@ def grain_columns(frame: Frame) -> Columns:
 
 def _given(columns: Columns, frame: Frame, of: dict[str, str]) -> Columns:
     """The columns of what the frame has; ``of``: the quantities of those that are named otherwise."""
-    of = {**of, "omega": "omega", "xi_t": "xi_t", "xi_r": "xi_r"}  # retired: in files
     of = {**of, "spin": "omega", "stretch": "xi_t", "rotation": "xi_r"}  # retired: in files
     return {name: column for name, column in columns.items() if of.get(name, name) not in frame.lacks}
 

@@ -17,7 +17,7 @@ CONSTANTS = {"id": "ids", "mass": "mass", "diameter": "diameter"}
 CONTACTS = "contacts"
 OFFSET = "contacts/offset"
 # field of Interactions -> name in the file; two were named before the words of docs/glossary.md
-COLUMNS = {field.name: field.name for field in fields(Interactions)} | {"xi_t": "xi_t", "xi_r": "xi_r"}
+COLUMNS = {field.name: field.name for field in fields(Interactions)} | {"xi_t": "stretch", "xi_r": "rotation"}
 
 # Positions of all grains at short intervals: time (F,), id (G,), position (F, G, 2), float32; only of scenes that ask for it.
 TRACKS = "tracks"

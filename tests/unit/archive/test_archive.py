@@ -157,3 +157,13 @@ def test_a_missing_part_is_named(path, name):
         del file[name]
     with pytest.raises(ArchiveError, match=name):
         Archive(path)
+
+
+def test_names_in_the_file_are_those_of_every_version(path):
+    """Archives of versions 0.2 and 0.3 and of this one are read by each other."""
+    with h5py.File(path) as file:
+        assert set(file["contacts"]) == {
+            "i", "j", "branch", "gap", "elastic", "viscous", "attraction", "tangential", "moment", "stretch", "rotation",
+            "sliding", "rolling", "offset",
+        }  # fmt: skip
+        assert {"angular_velocity", "torque", "position", "velocity", "force"} <= set(file["particles/grains"])

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from kills import RESULTS, SCENES, killed
 
-MANY = int(os.environ.get("WORKFLOW_KILLS", "10"))
+MANY = int(os.environ.get("WORKFLOW_KILLS", "5"))
 
 
 def assert_same(run: Path, whole: Path) -> None:

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.dumps import read_blocks, read_frames, read_series
+from workflow.archive.dumps import read_blocks, read_frames
+from workflow.data.series import read_series
 from workflow.deck.template import templates
 from workflow.reference.cohesive import CONTACT, CohesiveLaw
 from workflow.reference.discs import Discs

@@ -140,7 +140,7 @@ def test_figures_are_drawn_by_name(
     assert plot(packing, cohesive, "--figure", "holes") == 2
     assert "shows one sample" in capsys.readouterr().err
     assert plot(packing, "--figure", "cluod") == 2
-    assert "--figure cluod is not known" in capsys.readouterr().err
+    assert "figure 'cluod' is not known" in capsys.readouterr().err
 
 
 def test_exports_of_a_run_and_of_its_dumps(packing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -215,8 +215,8 @@ def test_engine_error_is_passed_on_and_what_was_written_stays(ranks: int, wf: Wf
     assert wf("deck", *QUICK, "--out", "bad").returncode == 0
     bad = tmp_path / "bad"
     deck = (bad / "deck.in").read_text()
-    assert deck.count("run ${last} upto\n") == 2
-    (bad / "deck.in").write_text(deck.replace("run ${last} upto\n", "run 1000\nrun nonsense\n", 1))
+    assert deck.count("run ${last_step} upto\n") == 2
+    (bad / "deck.in").write_text(deck.replace("run ${last_step} upto\n", "run 1000\nrun nonsense\n", 1))
     done = wf("resume", "bad", "--any-deck", "--ranks", ranks)
     assert done.returncode == 1
     assert "'bad'" in done.stderr

@@ -34,7 +34,7 @@ def test_figures_are_those_of_the_network(discs: Callable[..., Any], sticky: dic
     assert counts[0] == 150
     assert counts == sorted(counts, reverse=True)
     assert counts[-1] < 15
-    assert found.winds.any()
+    assert found.wraps.any()
 
 
 @pytest.mark.parametrize(("number", "newton"), [(2, "on"), (2, "off")])

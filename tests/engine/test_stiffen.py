@@ -36,8 +36,8 @@ def test_forces_stay_and_overlaps_shrink(discs: Callable[..., Any], lump: dict[s
     after = sample.frame().interactions
     # the elastic part of a force is K_N times the overlap: forces near F0 mean overlaps near F0/K_N, then and now
     assert after.elastic.mean() == pytest.approx(1.0, rel=0.1)
-    assert -after.gap[after.touching].mean() == pytest.approx(1.0 / 1e4, rel=0.1)
-    assert -before.gap[before.touching].mean() == pytest.approx(1.0 / 1e2, rel=0.1)
+    assert -after.gap[after.in_contact].mean() == pytest.approx(1.0 / 1e4, rel=0.1)
+    assert -before.gap[before.in_contact].mean() == pytest.approx(1.0 / 1e2, rel=0.1)
 
 
 def test_work_closes_the_energy_account(discs: Callable[..., Any], lump: dict[str, Any]) -> None:

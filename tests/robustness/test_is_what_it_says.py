@@ -13,7 +13,6 @@ from workflow.archive.read import Archive
 from workflow.campaign import verify
 from workflow.campaign.cluster import Profile
 from workflow.errors import EngineError, InputError
-from workflow.runs import execute as launch
 from workflow.runs.directory import RunDirectory
 
 Wf = Callable[..., tuple[int, str, str]]
@@ -70,7 +69,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         commands.append(command)
         raise EngineError("the engine is not started in this test")
 
-    monkeypatch.setattr(launch, "Child", child)
+    monkeypatch.setattr("workflow.runs.launch.Child", child)
     return commands
 
 

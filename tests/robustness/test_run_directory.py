@@ -20,7 +20,6 @@ from mutations import deadline
 
 from workflow.cli.main import main
 from workflow.errors import EngineError
-from workflow.runs import execute as launch
 from workflow.runs.directory import RunDirectory
 
 NUMBERS = ["1e18", "1000000000000000000", "-1", "0", "nan", "inf", "1e-300", "99999999999999999999999999", "1e5", "0x10", "1_0"]
@@ -147,7 +146,7 @@ def test_a_damaged_run_directory_gives_an_error_or_the_result(
     times = int(os.environ.get("WORKFLOW_FUZZ", "0"))
     rng = random.Random(os.environ.get("WORKFLOW_SEED") if times else kind)
     run = request.getfixturevalue(kind)
-    monkeypatch.setattr(launch, "Child", _not_started)
+    monkeypatch.setattr("workflow.runs.launch.Child", _not_started)
     copy = Copy(run, tmp_path)
     reference = json.loads(said("measure", copy.path, "--json")[1])
     copy.mend()

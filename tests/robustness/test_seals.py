@@ -21,6 +21,7 @@ from workflow.errors import ArchiveError
 from workflow.runs import execute as launch
 from workflow.runs.checkpoint import CheckpointChecksums, newest
 from workflow.runs.directory import RunDirectory
+from workflow.runs.installation import python_child
 from workflow.runs.outputs import Parts
 from workflow.runs.resume_point import start_of
 
@@ -153,7 +154,7 @@ def test_resume_of_a_run_whose_parts_are_lost_writes_nothing(
 ) -> None:
     run = fresh(packing, {"series.txt": None})
     RunDirectory(run).record(status="interrupted")
-    monkeypatch.setattr(launch, "Child", None)
+    monkeypatch.setattr("workflow.runs.launch.Child", None)
     before = {path.name: path.read_bytes() for path in run.iterdir() if path.name != ".lock"}
     status, _, err = wf("resume", run)
     assert status == 1 and "series.txt" in err and "restore the file" in err
@@ -228,7 +229,7 @@ def test_limits_of_the_system_leave_a_run_that_goes_on(limit: str, tmp_path: Pat
         command = shutil.which("prlimit")
         assert command
         few = [command, "--fsize=20000"] if limit == "largest file" else []
-        words = [*few, *launch.python_child("workflow.cli.main"), "run", *SCENES["method1"], "--out", "disk/run"]
+        words = [*few, *python_child("workflow.cli.main"), "run", *SCENES["method1"], "--out", "disk/run"]
         if limit == "inodes":
             for k in range(3):
                 (disk / f"filler{k}").touch()
@@ -240,7 +241,7 @@ def test_limits_of_the_system_leave_a_run_that_goes_on(limit: str, tmp_path: Pat
         for k in range(3):
             (disk / f"filler{k}").unlink(missing_ok=True)
         subprocess.run(["mount", "-o", "remount,nr_inodes=1000", disk], check=True)
-        words = [*launch.python_child("workflow.cli.main"), "resume", "disk/run"]
+        words = [*python_child("workflow.cli.main"), "resume", "disk/run"]
         done = subprocess.run(words, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=100, check=False)
         assert done.returncode == 0, done.stderr
         assert not [name for name in os.listdir(disk / "run") if name.endswith(".part")]

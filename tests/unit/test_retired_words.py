@@ -25,8 +25,8 @@ PAGE = """# Glossary
 
 | retired | standard |
 |---|---|
-| `xi_t`, `reach()` | `xi_t`, cutoff |
-| `omega` (plugins) | `omega_rel` |
+| `stretch`, `reach()` | `xi_t`, cutoff |
+| `spin` (plugins) | `omega_rel` |
 | `watch.in` | `diagnostics.in` |
 
 ## Another section
@@ -64,10 +64,10 @@ def test_retired_name_is_found_in_its_line(file: str, text: str, line: int, tmp_
 @pytest.mark.parametrize(
     ("file", "text"),
     [
-        ("workflow/a.py", '"""The stretch of a contact."""\nx = {"xi_t": 1}  # stretch\n'),
+        ("workflow/a.py", '"""The stretch of a contact."""\nx = {"stretch": 1}  # stretch\n'),
         ("workflow/a.py", 'NEW = {old.stretch: "xi_t"}  # retired: files of version 0.2\n'),
         ("workflow/a.py", "stretched = outreach = spin = 1\n"),
-        ("plugins/a.h", '// stretch\n/* stretch,\n   reach */ say("xi_t");\n'),
+        ("plugins/a.h", '// stretch\n/* stretch,\n   reach */ say("stretch");\n'),
         ("lammps_inputs/a.in", "# stretch\nprint 'the stretch is given'\n"),
     ],
 )
@@ -96,4 +96,4 @@ def test_status_tells_whether_a_word_was_found(tmp_path: Path, capsys: pytest.Ca
     assert check.main(tmp_path) == 0
     (tmp_path / "workflow" / "a.py").write_text("stretch = 0\n")
     assert check.main(tmp_path) == 1
-    assert "workflow/a.py:1: 'xi_t' is retired, say `xi_t`" in capsys.readouterr().out
+    assert "workflow/a.py:1: 'stretch' is retired, say `xi_t`" in capsys.readouterr().out

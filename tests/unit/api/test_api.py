@@ -15,6 +15,8 @@ import pytest
 import workflow
 from workflow.errors import InputError, WorkflowError
 
+pytestmark = pytest.mark.engine
+
 TINY: dict[str, Any] = {"n": 60, "cohesion": False, "phi0": 0.6, "kappa": 1e3}  # half a second
 
 

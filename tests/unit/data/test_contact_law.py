@@ -23,7 +23,7 @@ LAWS = st.builds(ContactLaw, kn=POSITIVE, **{name: POSITIVE | st.just(0.0) for n
 def test_reference_takes_every_law_that_a_scene_can_have(law: ContactLaw) -> None:
     reference = CohesiveLaw(**asdict(law))
     assert asdict(reference) == asdict(law)
-    assert reference.reach == law.cutoff_gap == (law.d0 if law.f0 else 0.0)
+    assert reference.cutoff_gap == law.cutoff_gap == (law.d0 if law.f0 else 0.0)
 
 
 @given(LAWS)

@@ -12,6 +12,8 @@ from workflow.errors import EngineError
 from workflow.runs.installation import engine
 from workflow.runs.launch import deck_command, run_deck, run_program
 
+pytestmark = pytest.mark.engine
+
 
 def python(program: str) -> list[str]:
     return [sys.executable, "-c", program]

@@ -198,7 +198,7 @@ DISC_INLINE void gather(const Grain *grain, const int *i, const int *j, const St
 DISC_INLINE void pad(Block &b, int count, int padded)    // far apart and at rest: no force, no dissipation
 {
   for (int k = count; k < padded; k++) {
-    b.bx[k] = 2.0;
+    b.bx[k] = 1.0e100;    // beyond any range, in any units; its square is still finite
     b.by[k] = b.ux[k] = b.uy[k] = b.vt_rot[k] = b.omega_rel[k] = 0.0;
     b.radsum[k] = 1.0e-3;
   }

@@ -115,7 +115,8 @@ struct Block {
   alignas(64) double fx[BLOCK], fy[BLOCK];                     // force of i on j
   alignas(64) double tangential[BLOCK], moment[BLOCK];         // F_t, M_r
   alignas(64) double vn_end[BLOCK], contact_changed[BLOCK];    // vn at the end of the step; see missing_share()
-  alignas(64) double dissipated_viscous[BLOCK], dissipated_sliding[BLOCK], dissipated_rolling[BLOCK];
+  // zero at first: halved for pairs with a ghost even where the law does not fill them
+  alignas(64) double dissipated_viscous[BLOCK] = {}, dissipated_sliding[BLOCK] = {}, dissipated_rolling[BLOCK] = {};
   // in and out: the largest so far of the blocks of this pass, place by place
   alignas(64) double overlap[BLOCK] = {};     // R_i + R_j - |b|
   alignas(64) double approach[BLOCK] = {};    // -d|b|/dt of a pair that interacts

@@ -25,12 +25,12 @@ struct CohesiveLaw {
   double zetat = 0.0;    // fractions of the critical damping of the tangential and the rolling spring; not in G07, >= 0
   double zetar = 0.0;
 
-  bool damping() const { return zeta > 0.0; }
-  bool cohesion() const { return f0 > 0.0; }
-  bool friction() const { return mu > 0.0; }
-  bool rolling() const { return mur > 0.0; }
-  bool dashpots() const { return (zetat > 0.0 && friction()) || (zetar > 0.0 && rolling()); }
-  double cutoff_gap() const { return cohesion() ? d0 : 0.0; }    // gap up to which the law acts
+  bool has_damping() const { return zeta > 0.0; }
+  bool has_cohesion() const { return f0 > 0.0; }
+  bool has_friction() const { return mu > 0.0; }
+  bool has_rolling() const { return mur > 0.0; }
+  bool has_dashpots() const { return (zetat > 0.0 && has_friction()) || (zetar > 0.0 && has_rolling()); }
+  double cutoff_gap() const { return has_cohesion() ? d0 : 0.0; }    // gap up to which the law acts
 
   // critical damping gamma_crit = sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j); gamma_n (eta_ij of eq. 6) is zeta times it
   double critical_damping(double mi, double mj) const { return std::sqrt(4.0 * kn * mi * mj / (mi + mj)); }
@@ -124,7 +124,7 @@ struct Cohesive {
   }
 
   // size of the attraction: F0 in contact, F0 (1 - h/D0) in the tail (eqs. 4, 5)
-  static DISC_INLINE double cohesion(const Constants &c, double h)
+  static DISC_INLINE double attraction_size(const Constants &c, double h)
   {
     return h < 0.0 ? c.f0 : h < c.d0 ? c.f0 - c.slope * h : 0.0;
   }
@@ -203,7 +203,7 @@ struct Cohesive {
         fn_damp[k] = damping;
         normal += damping;
       }
-      if (COHESION) normal -= cohesion(c, h);
+      if (COHESION) normal -= attraction_size(c, h);
       if (FRICTION) {
         const double dxi = ((SECOND ? ut + n_rotation * un : ut) - b.vt_rot[k]) * dt, before = xi_t[k];
         double xi = before;

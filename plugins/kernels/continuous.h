@@ -26,7 +26,7 @@ struct ContinuousLaw {
   double printed_damping = 0.0;     // 1: tangential damping of the motion of the centres alone, eq. 4 as printed
 
   bool spring() const { return hooke > 0.0; }
-  bool friction() const { return mu > 0.0; }
+  bool has_friction() const { return mu > 0.0; }
   double cutoff_ratio() const { return spring() ? 1.0 : cutoff; }    // r0/sigma_ij
   int integer_power() const { return index == std::floor(index) && index < 1.0e6 ? static_cast<int>(index) + 1 : 0; }
 

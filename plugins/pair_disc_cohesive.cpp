@@ -37,9 +37,9 @@ void PairDiscCohesive::check()
     bool wrong;
     const char *needed, *why;
   } rules[] = {{law.kn <= 0.0, "kn", "it is the normal stiffness"},
-               {law.friction() && law.kt <= 0.0, "kt", "mu > 0 asks for friction"},
-               {law.cohesion() && law.d0 <= 0.0, "d0", "f0 > 0 asks for an attraction of finite range"},
-               {law.rolling() && law.kr <= 0.0, "kr", "mur > 0 asks for rolling resistance"}};
+               {law.has_friction() && law.kt <= 0.0, "kt", "mu > 0 asks for friction"},
+               {law.has_cohesion() && law.d0 <= 0.0, "d0", "f0 > 0 asks for an attraction of finite range"},
+               {law.has_rolling() && law.kr <= 0.0, "kr", "mur > 0 asks for rolling resistance"}};
   for (const auto &rule : rules)
     if (rule.wrong)
       error->all(FLERR, "pair_coeff of disc/cohesive: keyword '{}' must be given and positive: {}", rule.needed,
@@ -64,8 +64,8 @@ void *PairDiscCohesive::extract(const char *name, int &dim)
 
 disc::PairSums PairDiscCohesive::compute_active_pairs(bool stress)
 {
-  const std::array flags = {second_order,  law.damping(), law.cohesion(), law.friction(),
-                            law.rolling(), account,       law.dashpots()};
+  const std::array flags = {second_order,      law.has_damping(), law.has_cohesion(), law.has_friction(),
+                            law.has_rolling(), account,           law.has_dashpots()};
   return call_with_flags(flags, [&](auto second, auto damping, auto cohesion, auto friction, auto rolling,
                                     auto dissipation, auto dashpots) {
     using Kernel =
@@ -93,9 +93,9 @@ PairDisc::Interaction PairDiscCohesive::interaction(int c) const
     now.tangential = -law.kt * now.xi_t;
     now.moment = -law.kr * now.xi_r;
     constexpr double AT_LIMIT = 1.0 - 1.0e-12;    // the spring stops at its limit to within rounding
-    now.sliding = law.friction() && std::fabs(now.tangential) >= AT_LIMIT * law.mu * now.elastic;
-    now.rolling = law.rolling() && std::fabs(now.moment) >= AT_LIMIT * law.mur * now.elastic;
-    if (law.dashpots()) {
+    now.sliding = law.has_friction() && std::fabs(now.tangential) >= AT_LIMIT * law.mu * now.elastic;
+    now.rolling = law.has_rolling() && std::fabs(now.moment) >= AT_LIMIT * law.mur * now.elastic;
+    if (law.has_dashpots()) {
       now.tangential += history_value(H::FT_DAMP, c);
       now.moment += history_value(H::MR_DAMP, c);
     }
@@ -113,8 +113,8 @@ PairDisc::Energy PairDiscCohesive::energy(const Interaction &now) const
   if (now.state == APART) return e;
   if (now.state == CONTACT) {
     e.elastic = 0.5 * law.kn * now.gap * now.gap;
-    if (law.friction()) e.tangential = 0.5 * law.kt * now.xi_t * now.xi_t;
-    if (law.rolling()) e.rolling = 0.5 * law.kr * now.xi_r * now.xi_r;
+    if (law.has_friction()) e.tangential = 0.5 * law.kt * now.xi_t * now.xi_t;
+    if (law.has_rolling()) e.rolling = 0.5 * law.kr * now.xi_r * now.xi_r;
   }
   e.adhesive = law.adhesive_energy(now.gap);
   return e;

@@ -41,7 +41,7 @@ void PairDiscContinuous::check() const
                {!(law.cutoff >= 1.0), "cutoff", "at least 1 (r0 in units of sigma)", law.cutoff},
                {!(law.hooke >= 0.0), "hooke", "positive, or 0 for the continuous law", law.hooke},
                {!(law.mu >= 0.0), "mu", "0 or positive", law.mu},
-               {law.friction() && !(law.alpha > 0.0), "alpha", "positive with friction", law.alpha},
+               {law.has_friction() && !(law.alpha > 0.0), "alpha", "positive with friction", law.alpha},
                {!(law.damping >= 0.0), "damping", "0 or positive", law.damping}};
   for (const auto &rule : rules)
     if (rule.wrong)
@@ -65,7 +65,7 @@ double PairDiscContinuous::init_one(int, int) { return law.cutoff_ratio() * larg
 
 disc::PairSums PairDiscContinuous::compute_active_pairs(bool stress)
 {
-  const std::array flags = {second_order, law.spring(), law.friction(), account};
+  const std::array flags = {second_order, law.spring(), law.has_friction(), account};
   return call_with_flags(flags, [&](auto second, auto spring, auto friction, auto dissipation) {
     using Kernel = disc::Continuous<second(), spring(), friction()>;
     return pair_loop<Kernel, dissipation()>(Kernel{law}, stress);
@@ -95,7 +95,7 @@ PairDisc::Interaction PairDiscContinuous::interaction(int c) const
   now.state = CONTACT;
   now.elastic = law.elastic(now.distance, radsum);
   now.viscous = history_value(H::FN_DAMP, c);
-  if (!law.friction()) return now;
+  if (!law.has_friction()) return now;
   now.xi_t = history_value(H::XI_T, c);
   const double largest = law.alpha * law.mu * depth;
   const double rest = 1.0 - std::fabs(now.xi_t) / largest;
@@ -110,7 +110,7 @@ PairDisc::Energy PairDiscContinuous::energy(const Interaction &now) const
   if (now.state == APART) return e;
   const double radsum = now.distance - now.gap;
   e.elastic = law.potential(now.distance, radsum);
-  if (law.friction())
+  if (law.has_friction())
     e.tangential = law.tangential_energy(now.elastic, law.cutoff_ratio() * radsum - now.distance, now.xi_t);
   return e;
 }

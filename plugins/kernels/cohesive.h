@@ -25,17 +25,18 @@ struct CohesiveLaw {
   double zetat = 0.0;    // fractions of the critical damping of the tangential and the rolling spring; not in G07, >= 0
   double zetar = 0.0;
 
-  bool damping() const { return zeta > 0.0; }
-  bool cohesion() const { return f0 > 0.0; }
-  bool friction() const { return mu > 0.0; }
-  bool rolling() const { return mur > 0.0; }
-  bool dashpots() const { return (zetat > 0.0 && friction()) || (zetar > 0.0 && rolling()); }
-  double cutoff_gap() const { return cohesion() ? d0 : 0.0; }    // gap up to which the law acts
+  bool has_damping() const { return zeta > 0.0; }
+  bool has_cohesion() const { return f0 > 0.0; }
+  bool has_friction() const { return mu > 0.0; }
+  bool has_rolling() const { return mur > 0.0; }
+  bool has_dashpots() const { return (zetat > 0.0 && has_friction()) || (zetar > 0.0 && has_rolling()); }
+  double cutoff_gap() const { return has_cohesion() ? d0 : 0.0; }    // gap up to which the law acts
 
   // critical damping gamma_crit = sqrt(4 K_N m*), m* = m_i m_j/(m_i + m_j); gamma_n (eta_ij of eq. 6) is zeta times it
   double critical_damping(double mi, double mj) const { return std::sqrt(4.0 * kn * mi * mj / (mi + mj)); }
 
   // attraction N_a <= 0: -F0 (1 - h/D0) in the tail (eq. 4), -F0 in contact (eq. 5)
+  // for output; the kernel has attraction_size(), which rounds otherwise: do not merge
   double attraction(double h) const { return h >= cutoff_gap() ? 0.0 : h < 0.0 ? -f0 : -f0 * (1.0 - h / d0); }
 
   // potential of the attraction, zero at h = D0: -F0 (D0 - h)^2/(2 D0) in the tail, -F0 D0/2 + F0 h in contact
@@ -52,7 +53,7 @@ struct CohesiveHistory {
   enum {
     XI_T,       // elastic tangential displacement xi_t (du of G07); zero unless in contact
     XI_R,       // elastic rolling displacement xi_r (dtheta of G07); zero unless in contact
-    VN,         // d|b|/dt in the middle of the last step
+    VN,         // d|b|/dt in the middle of the step that ended at the last evaluation
     FN_DAMP,    // viscous normal force of the last evaluation
     FT_DAMP,    // force of the tangential dashpot, likewise
     MR_DAMP,    // moment of the rolling dashpot, likewise
@@ -71,23 +72,27 @@ struct CohesiveHistory {
 
 /* The law as pair_loop() wants it.  A term that a scene does not use is a template flag, so that it costs nothing.
 
-   SECOND: second order in the step.  Dampers act on the velocity extrapolated from the middles of this step and the
-   last one to its end; elastic displacements grow by the velocity in the middle of the step, seen in the middle of the
-   rotation of n; and a contact that closes or opens within a step gets the contact-onset correction.  Without SECOND
-   the mean velocity of the step stands for that at its end, as in the velocity Verlet of LAMMPS: first order.
+   SECOND: second order in the step.  Dampers act on the velocity extrapolated from the middles of this step, which ends
+   here, and the one before to the end of this one; elastic displacements grow by the velocity in the middle of the
+   step, seen in the middle of the rotation of n; and a contact that closes or opens within a step gets the
+   contact-onset correction.  Without SECOND the mean velocity of the step stands for that at its end, as in the
+   velocity Verlet of LAMMPS: first order.
 
    DASHPOTS, which G07 has not, let a packing come to rest whose springs would ring for ever: a dashpot beside the
    tangential and the rolling spring, -gamma_t d(xi_t)/dt and -gamma_r d(xi_r)/dt.  They resist the elastic displacement
    alone, so that nothing that rolls, slides or flies is slowed.  gamma is zetat or zetar times the critical damping
-   sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.
+   sqrt(4 K_T m*) and sqrt(4 K_r I*), with I* = m* (R_i + R_j)^2/8, that of equal discs.  They are outside the limits of
+   eqs. 8 and 10, and first order in the step.
 
    The dissipated energy is what the kicks of the scheme take: over a step the mean of the viscous forces at its
    beginning and at its end times the distance passed, the whole of it also where a spring is at its limit. */
 template <bool SECOND_, bool DAMPING_, bool COHESION_, bool FRICTION_, bool ROLLING_, bool DASHPOTS_ = false>
 struct Cohesive {
+  // DAMPING with DASHPOTS even at zeta = 0: it initialises dissipated_viscous
   static constexpr bool SECOND = SECOND_, COHESION = COHESION_, FRICTION = FRICTION_, ROLLING = ROLLING_,
                         DASHPOTS = DASHPOTS_ && (FRICTION || ROLLING), DAMPING = DAMPING_ || DASHPOTS;
-  static constexpr bool ONSET = SECOND && (DAMPING || FRICTION || ROLLING);    // something sets in at contact
+  // damper or springs set in at contact; repulsion and attraction are continuous
+  static constexpr bool ONSET = SECOND && (DAMPING || FRICTION || ROLLING);
   using H = CohesiveHistory;
   CohesiveLaw law;
 
@@ -97,7 +102,8 @@ struct Cohesive {
     double range, slope;              // cutoff gap; F0/D0
     double dt, extrapolation;         // of the step
     double xi_t_limit, xi_r_limit;    // per elastic repulsion: mu/K_T, mu_r/K_r
-    double gamma_t, gamma_r;          // of the dashpots, per critical damping of the pair and per step
+    // gamma_t/(gamma_crit dt); gamma_r/(gamma_crit (R_i + R_j) dt); 0 where no time passes
+    double gamma_t, gamma_r;
   };
 
   DISC_INLINE Constants constants(const StepKinematics &step) const
@@ -124,7 +130,7 @@ struct Cohesive {
   }
 
   // size of the attraction: F0 in contact, F0 (1 - h/D0) in the tail (eqs. 4, 5)
-  static DISC_INLINE double cohesion(const Constants &c, double h)
+  static DISC_INLINE double attraction_size(const Constants &c, double h)
   {
     return h < 0.0 ? c.f0 : h < c.d0 ? c.f0 - c.slope * h : 0.0;
   }
@@ -146,7 +152,8 @@ struct Cohesive {
     return -c.kr * xi_r;
   }
 
-  // force of the dashpot beside a spring whose elastic displacement grew by dxi_elastic, of dxi, in the step
+  // force of the dashpot beside a spring.  dxi_elastic: growth of xi after the limit, which sets the force; dxi: the
+  // whole displacement, over which it does work
   template <bool DISSIPATION>
   static DISC_INLINE double dashpot(double gamma, double gamma_crit, double dxi_elastic, double in_contact, double dxi,
                                     double &last_force, double &dissipated)
@@ -163,7 +170,7 @@ struct Cohesive {
     double nx, ny, h, in_contact;    // normal; gap; 1 if h < 0, else 0
     double un, ut;                   // mean relative velocity of the centres over the step
     double n_rotation;               // angle by which n turns in half a step
-    double vn_mid;                   // d|b|/dt in the middle of the step
+    double vn_mid;                   // d|b|/dt in the middle of the step; without SECOND along n at its end
   };
 
   static DISC_INLINE Geometry geometry(const Constants &c, const Block &b, int k)
@@ -188,7 +195,8 @@ struct Cohesive {
     double *const __restrict ft_damp = b.history[H::FT_DAMP], *const __restrict mr_damp = b.history[H::MR_DAMP];
     for (int k = 0; k < count; k++) {
       const auto [nx, ny, h, in_contact, un, ut, n_rotation, vn_mid] = geometry(c, b, k);
-      if (ONSET) b.contact_changed[k] = h * (h - dt * vn_mid) < 0.0 ? 1.0 : 0.0;    // the gap changed its sign
+      // the gap at the beginning of the step, h - dt vn_mid, had the other sign
+      if (ONSET) b.contact_changed[k] = h * (h - dt * vn_mid) < 0.0 ? 1.0 : 0.0;
 
       const double fn_elastic = normal_elastic(c, h);
       double normal = fn_elastic, ft = 0.0;
@@ -203,7 +211,7 @@ struct Cohesive {
         fn_damp[k] = damping;
         normal += damping;
       }
-      if (COHESION) normal -= cohesion(c, h);
+      if (COHESION) normal -= attraction_size(c, h);
       if (FRICTION) {
         const double dxi = ((SECOND ? ut + n_rotation * un : ut) - b.vt_rot[k]) * dt, before = xi_t[k];
         double xi = before;
@@ -235,18 +243,21 @@ struct Cohesive {
         if (b.contact_changed[k] != 0.0) correct_contact_onset<DISSIPATION>(c, b, k);
   }
 
-  /* Pair k closed or opened in the step that ends here: its damper acted for the fraction q, its springs grew for that
-     fraction.  Dashpots of a contact that closed act from the next step on. */
+  /* Pair k closed or opened in the step that ends here: its damper acted for the fraction q of it.  If it closed, its
+     springs grew for q; if it opened, the main loop has emptied them.  Dashpots of a contact that closed act from the
+     next step on. */
   template <bool DISSIPATION>
   DISC_INLINE void correct_contact_onset(const Constants &c, Block &__restrict b, int k) const
   {
+    // not geometry(): that multiplies by 1/distance and rounds otherwise
     const double distance = std::sqrt(b.bx[k] * b.bx[k] + b.by[k] * b.by[k]);
     const double nx = b.bx[k] / distance, ny = b.by[k] / distance, h = distance - b.radsum[k];
     const double un = nx * b.ux[k] + ny * b.uy[k], ut = nx * b.uy[k] - ny * b.ux[k];
     const double n_rotation = 0.5 * c.dt * ut / distance, vn_mid = un - n_rotation * ut, h_before = h - c.dt * vn_mid;
     const bool closed = h < 0.0;
+    // the overlap at the end (closed) or beginning (opened) of the step over the change of the gap
     const double q = (closed ? h : h_before) / -std::fabs(h - h_before);
-    const double fn_elastic = -c.kn * h;
+    const double fn_elastic = -c.kn * h;    // of a closed contact; not used where it opened
     double added_normal = 0.0, added_tangential = 0.0;
     if (DAMPING) {
       added_normal = normal_damping(c, b.pair_constant[k], b.vn_end[k], missing_share(q));

@@ -12,9 +12,10 @@ namespace disc
 
 struct HistoryColumn {
   enum Kind {
-    SPRING,    // elastic displacement of a spring; it shrinks as the spring stiffens
-    VN,        // d|b|/dt in the middle of the last step; a pair that enters the list has that of its grains
-    VT,        // sliding velocity in the middle of the last step, likewise
+    SPRING,    // elastic displacement; fix disc/stiffen divides it by the growth of the stiffness: same force
+    VN,        // d|b|/dt in the middle of the step that ended at the last evaluation; a pair that becomes active
+               // starts with the value of its grains' velocities
+    VT,        // sliding velocity, likewise
     FORCE      // force or moment of the last evaluation
   };
   const char *name;

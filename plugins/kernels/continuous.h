@@ -26,7 +26,7 @@ struct ContinuousLaw {
   double printed_damping = 0.0;     // 1: tangential damping of the motion of the centres alone, eq. 4 as printed
 
   bool spring() const { return hooke > 0.0; }
-  bool friction() const { return mu > 0.0; }
+  bool has_friction() const { return mu > 0.0; }
   double cutoff_ratio() const { return spring() ? 1.0 : cutoff; }    // r0/sigma_ij
   int integer_power() const { return index == std::floor(index) && index < 1.0e6 ? static_cast<int>(index) + 1 : 0; }
 
@@ -57,8 +57,8 @@ struct ContinuousHistory {
   enum {
     XI_T,       // tangential displacement xi_t (d of B97)
     FT,         // tangential force of the last evaluation, elastic and viscous
-    VN,         // dr/dt in the middle of the last step
-    VT,         // the velocity that tangential damping acts on, in the middle of the last step
+    VN,         // dr/dt in the middle of the step that ended at the last evaluation
+    VT,         // the velocity that tangential damping acts on, likewise
     FN_DAMP,    // viscous normal force of the last evaluation
     COUNT
   };
@@ -93,9 +93,10 @@ DISC_INLINE void raise(double *__restrict power, double *__restrict base, unsign
    third of m* over dt for discs, since a larger one would reverse it.
 
    SECOND: second order in the step, but for what that divergence leaves.  Dampers act on velocities extrapolated from
-   the middles of this step and the last one to its end; xi_t grows by the velocity in the middle of the step, seen in
-   the middle of the rotation of n; a pair that crosses r0 within a step gets the contact-onset correction.  Without
-   SECOND the mean velocity of the step stands for that at its end, as in B97 (eqs. 9-12): first order.
+   the middles of this step, which ends here, and the one before to the end of this one; xi_t grows by the velocity in
+   the middle of the step, seen in the middle of the rotation of n; a pair that crosses r0 within a step gets the
+   contact-onset correction.  Without SECOND the mean velocity of the step stands for that at its end, as in B97
+   (eqs. 9-12): first order.
 
    The work that F_t takes from the grains is the mean of its last and its present value times the slip, as the kicks of
    the scheme have it; what is not dissipated in the damper counts as dissipated_sliding, what xi_t stores included. */

@@ -83,8 +83,9 @@ private:
 /* The step since the last evaluation.  Grains moved by b -> S b + (1 + S)/2 dt v per axis with S the scaling of the
    cell; their mean relative velocity is velocity_factor v + affine_rate b, with b after the step. */
 struct StepKinematics {
-  double dt = 0.0;               // 0: an evaluation in which no time passes
-  double extrapolation = 0.0;    // steps from the middle of the last step to where dampers act
+  double dt = 0.0;    // 0: an evaluation in which no time passes
+  // in steps, from the middle of the step that ends here to where dampers act: 1/2 (its end) or 0
+  double extrapolation = 0.0;
   double velocity_factor[2] = {1.0, 1.0};
   double affine_rate[2] = {0.0, 0.0};
 };
@@ -115,7 +116,8 @@ struct Block {
   alignas(64) double fx[BLOCK], fy[BLOCK];                     // force of i on j
   alignas(64) double tangential[BLOCK], moment[BLOCK];         // F_t, M_r
   alignas(64) double vn_end[BLOCK], contact_changed[BLOCK];    // vn at the end of the step; see missing_share()
-  alignas(64) double dissipated_viscous[BLOCK], dissipated_sliding[BLOCK], dissipated_rolling[BLOCK];
+  // zero at first: halved for pairs with a ghost even where the law does not fill them
+  alignas(64) double dissipated_viscous[BLOCK] = {}, dissipated_sliding[BLOCK] = {}, dissipated_rolling[BLOCK] = {};
   // in and out: the largest so far of the blocks of this pass, place by place
   alignas(64) double overlap[BLOCK] = {};     // R_i + R_j - |b|
   alignas(64) double approach[BLOCK] = {};    // -d|b|/dt of a pair that interacts
@@ -139,9 +141,11 @@ DISC_INLINE double apply_coulomb_limit(double xi, double increment, double limit
 }
 
 /* Contact-onset correction.  A force F that sets in, or ends, within a step acts for a fraction q of that step, but
-   velocity Verlet gives it one half kick, 1/2 F dt: a law adds the missing (q - 1/2) F to the pairs whose
-   `contact_changed` is set.  Their springs grow for the fraction q only.  Such pairs are rare: laws look for them by
-   the block (any) and correct them one by one. */
+   velocity Verlet gives it one half kick, 1/2 F dt: (q - 1/2) F dt is missing.  The force of an evaluation is applied
+   as two half kicks, at the end of this step and the beginning of the next; both together give what is missing, so
+   (q - 1/2) F is added to the pairs whose `contact_changed` is set.  FN_DAMP keeps it for the energy account of the
+   next step.  Springs grow for the fraction q only.  Such pairs are rare: laws look for them by the block (any) and
+   correct them one by one. */
 DISC_INLINE double missing_share(double q) { return q - 0.5; }
 
 DISC_INLINE void add(double *__restrict lanes, const double *__restrict a, int count)
@@ -181,7 +185,7 @@ DISC_INLINE void gather(const Grain *grain, const int *i, const int *j, const St
       const Grain &p = grain[i[k + l]], &q = grain[j[k + l]];
       linear[l] = vec4(&q.x) - vec4(&p.x);
       const Vec4 sum = vec4(&q.w) + vec4(&p.w), difference = vec4(&q.w) - vec4(&p.w);
-      angular[l] = DISC_SHUFFLE(difference, sum, 0, 5, 6, 7);
+      angular[l] = DISC_SHUFFLE(difference, sum, 0, 5, 6, 7);    // -> omega_rel, vt_rot, radsum, (unused)
     }
     transpose(linear[0], linear[1], linear[2], linear[3]);
     transpose(angular[0], angular[1], angular[2], angular[3]);
@@ -198,7 +202,7 @@ DISC_INLINE void gather(const Grain *grain, const int *i, const int *j, const St
 DISC_INLINE void pad(Block &b, int count, int padded)    // far apart and at rest: no force, no dissipation
 {
   for (int k = count; k < padded; k++) {
-    b.bx[k] = 2.0;
+    b.bx[k] = 1.0e100;    // beyond any range, in any units; its square is still finite
     b.by[k] = b.ux[k] = b.uy[k] = b.vt_rot[k] = b.omega_rel[k] = 0.0;
     b.radsum[k] = 1.0e-3;
   }
@@ -215,15 +219,16 @@ template <class Law> DISC_INLINE void scatter(const Block &b, const int *i, cons
     for (int l = 0; l < last; l++) {
       Vec4 &p = vec4(&force[i[k + l]].fx), &q = vec4(&force[j[k + l]].fx);
       p -= f[l];
-      q += f[l] * Vec4{1.0, 1.0, 1.0, -1.0};
+      q += f[l] * Vec4{1.0, 1.0, 1.0, -1.0};    // F_t turns both grains the same way (torque -R F_t)
     }
   }
 }
 
 /* What a law leaves out is not gathered, computed or scattered.  A law has DAMPING, FRICTION, ROLLING as static
-   constants and a member compute_forces<DISSIPATION>(StepKinematics, Block &, count).  Without newton_pair, pairs with
-   a ghost (index from nlocal on) are listed on both of their ranks and count half in the sums.  Flags that are asked
-   once per block are no template flags: each of those doubles the time to compile. */
+   constants and a member compute_forces<DISSIPATION>(StepKinematics, Block &, count).  count is a multiple of LANES;
+   lanes past the last pair are padding: their history is written, and no result depends on it.  Without newton_pair,
+   pairs with a ghost (index from nlocal on) are listed on both of their ranks and count half in the sums.  Flags that
+   are asked once per block are no template flags: each of those doubles the time to compile. */
 template <class Law, bool DISSIPATION>
 DISC_WIDEST PairSums pair_loop(const Law &law, const StepKinematics &step, const Grain *grain, int nlocal,
                                bool newton_pair, bool stress, ActivePairs &pairs, GrainForce *force)
@@ -247,6 +252,7 @@ DISC_WIDEST PairSums pair_loop(const Law &law, const StepKinematics &step, const
     if (!newton_pair)
       for (int k = 0; k < count; k++) {
         if (j[k] < nlocal) continue;
+        // halving b halves F b; b is not read again
         for (double *a : {b.bx, b.by, b.dissipated_viscous, b.dissipated_sliding, b.dissipated_rolling})
           a[k] *= 0.5;
       }

@@ -13,9 +13,9 @@ from workflow.deck.template import DATA, data_file, render, templates
 from workflow.runs.installation import engine
 from workflow.scene.method2 import Method2
 
-# all six stages in two seconds: soft contacts that stiffen, one stress
+# all six stages in two seconds: soft contacts that stiffen, one stress, background damping whose account resumes too
 SCENE = Method2(n=40, kappa=1e4, soft_kappa=1e3, d0=0.02, stiffening=1.0, quiet=1.0, hold=0.1, pstar=0.05, frame_interval=20.0,
-                checkpoint_interval=0.5)  # fmt: skip
+                checkpoint_interval=0.1, drag=0.04)  # fmt: skip
 
 
 def run(folder: Path, deck: str, *words: str) -> str:

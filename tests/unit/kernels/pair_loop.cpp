@@ -1,4 +1,5 @@
-/* Random pairs through every kernel of the cohesive law; prints the bytes of what comes out. */
+/* Random pairs through every kernel of the cohesive law; prints the bytes of what comes out, and in the last line what
+   lanes without a pair add to the virial. */
 
 #include "kernels/time_integration.h"
 #include "kernels/cohesive.h"
@@ -69,10 +70,30 @@ template <bool SECOND, bool COHESION, bool ROLLING> void run()
   print(active.history[CohesiveHistory::XI_R]);
 }
 
+/* One pair and seven lanes of padding, any range of attraction: virial of the pass over that of the pair, F b. */
+double virial_ratio(double range)
+{
+  CohesiveLaw law;
+  law.kn = law.f0 = 1.0;
+  law.d0 = range;
+  const std::vector<Grain> grains = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0},
+                                     {1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 1.0}};
+  std::vector<GrainForce> forces(2);
+  ActivePairs active;
+  active.clear(CohesiveHistory::COUNT);
+  active.add(0, 1, 0, 1.0, {});
+  active.pad();
+  const Cohesive<true, true, true, true, true> kernel{law};
+  const PairSums s =
+      pair_loop<decltype(kernel), true>(kernel, StepKinematics(), grains.data(), 2, true, true, active, forces.data());
+  return s.xx / (1.5 * forces[1].fx);
+}
+
 int main()
 {
   run<true, true, true>();
   run<true, false, false>();
   run<false, true, true>();
   run<false, false, false>();
+  std::printf("%.17g %.17g %.17g\n", virial_ratio(1.0), virial_ratio(10.0), virial_ratio(1e9));
 }

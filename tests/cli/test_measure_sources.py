@@ -163,7 +163,7 @@ def test_exports_of_a_run_and_of_its_dumps(packing: Path, tmp_path: Path, capsys
     for table in tables:  # the dump has its pairs in no order
         table.sort(key=lambda row: [int(row[name]) for name in ("step", "id_i", "id_j")])
     assert len(tables[0]) == len(tables[1]) > 0
-    for name in ("step", "id_i", "id_j", "branch_x", "branch_y", "normal", "tangential", "gap", "xi_t"):
+    for name in ("step", "id_i", "id_j", "branch_x", "branch_y", "normal", "tangential", "gap", "stretch"):
         assert [float(row[name]) for row in tables[0]] == [float(row[name]) for row in tables[1]], name
     assert export(packing, "--out", tmp_path / "last") == 0
     assert {row["step"] for row in rows("last/contacts.csv")} == {rows("run/frames.csv")[-1]["step"]}

@@ -8,7 +8,6 @@ from typing import Any
 
 from workflow.cli.options import command, command_line
 from workflow.cli.sources import add_sources, sources_of
-from workflow.errors import InputError
 from workflow.reports.registry import PAGE
 
 EXAMPLES = """
@@ -32,8 +31,6 @@ def action(arguments: argparse.Namespace) -> int:
     """Write the page and say where it is."""
     sources = sources_of(arguments)
     out = arguments.out or (Path(PAGE) if len(sources) > 1 else sources[0].folder / PAGE)
-    if out.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
     from workflow.reports.sheets import write_page_of  # matplotlib is slow to import
 
     write_page_of(sources, out, command_line())

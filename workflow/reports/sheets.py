@@ -30,6 +30,8 @@ def write_page_of(given: Sequence[Source], out: Path, command: str) -> None:
 
     Of several the page says why one has nothing to show.  Raises InputError.
     """
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
     sources = list({found.name: found for source in given for found in _runs(source)}.values())
     sheets, absent = [], []
     for name, source in zip(_names(sources), sources, strict=True):

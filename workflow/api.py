@@ -60,7 +60,7 @@ class Run:
 
     @property
     def status(self) -> str:
-        """ "finished", "interrupted" (`wf resume` continues it), "failed", "running" or "created"."""
+        """ "finished", "interrupted" (`wf resume` continues it), "failed", "running" or "prepared"."""
         return str(self._record.state["status"])
 
     @property

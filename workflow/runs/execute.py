@@ -25,6 +25,7 @@ from workflow.runs.child_process import Child
 from workflow.runs.directory import FAILED, FINISHED, INTERRUPTED, RUNNING, RunDirectory, timestamp
 from workflow.runs.identity import check_inputs
 from workflow.runs.installation import engine
+from workflow.runs.interrupts import deferred_interrupts
 from workflow.runs.launch import start_deck
 from workflow.runs.outputs import Parts
 from workflow.runs.progress import Progress
@@ -176,7 +177,7 @@ def _watch(
             interrupted = True
             child.ask()
     (directory / RESERVED).unlink(missing_ok=True)
-    with suppress(ArchiveError):  # what came since the last look
+    with suppress(ArchiveError), deferred_interrupts():  # what came since the last look
         seals.look()
     return interrupted, full
 
@@ -186,7 +187,8 @@ def _full(directory: RunDirectory, seals: CheckpointChecksums) -> str | None:
     try:
         needed = SPARE + 3 * max((file.stat().st_size for file in directory.path.glob("checkpoint.*")), default=0)
         free = shutil.disk_usage(directory.path).free
-        seals.look()
+        with deferred_interrupts():
+            seals.look()
         fault = None
     except ArchiveError as words:
         fault = str(words)

@@ -45,6 +45,35 @@ def frame_of(
     return Frame(0, 0.0, "test", np.zeros(2), cell, ids, diameter, diameter**2, position, interactions=contacts, **state)
 
 
+def network(position: ArrayLike, cell: ArrayLike, pairs: ArrayLike, force: ArrayLike = 1.0, mass: float = 1.0) -> Frame:
+    """Discs of diameter 1 with interactions ``pairs`` (i, j), each to the nearest image, normal forces ``force``."""
+    position, cell = np.asarray(position, dtype=float), np.asarray(cell, dtype=float)
+    i, j = np.asarray(pairs, dtype=np.int64).reshape(-1, 2).T
+    branch = position[j] - position[i]
+    branch -= cell * np.rint(branch / cell)
+    zero, n = np.zeros(len(i)), len(position)
+    contacts = Interactions(
+        i,
+        j,
+        branch,
+        np.hypot(*branch.T) - 1.0,
+        zero + np.asarray(force, dtype=float),
+        zero,
+        zero,
+        zero,
+        zero,
+        zero,
+        zero,
+        zero > 0,
+        zero > 0,
+    )
+    grain = np.zeros(n)
+    return Frame(
+        0, 0.0, "", np.array([-1.0, 2.0]), cell, np.arange(n), grain + 1, grain + mass, position, np.zeros((n,
+        2)), grain, np.zeros((n, 2)), grain, contacts,
+    )  # fmt: skip
+
+
 def joined(position: ArrayLike, diameter: ArrayLike, cell: ArrayLike, reach: float = 1.02) -> Frame:
     """Frame whose pairs within ``reach`` times the sum of radii are contacts (nearest images)."""
     position, cell = np.asarray(position, dtype=float), np.broadcast_to(cell, 2).astype(float)

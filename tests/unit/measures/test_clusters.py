@@ -2,27 +2,11 @@
 
 import numpy as np
 import pytest
+from networks import network
 
-from workflow.data.frame import Frame, Interactions
+from workflow.data.frame import Frame
 from workflow.errors import InputError
 from workflow.measures.clusters import aggregates, local_coordination, pair_correlation
-
-
-def network(position, cell, pairs, force=1.0, mass=1.0) -> Frame:
-    """Discs of diameter 1 with interactions ``pairs`` (i, j), each to the nearest image."""
-    position, cell = np.asarray(position, dtype=float), np.asarray(cell, dtype=float)
-    i, j = np.asarray(pairs, dtype=np.int64).reshape(-1, 2).T
-    branch = position[j] - position[i]
-    branch -= cell * np.rint(branch / cell)
-    zero, n = np.zeros(len(i)), len(position)
-    contacts = Interactions(
-        i, j, branch, np.hypot(*branch.T) - 1.0, zero + force, zero, zero, zero, zero, zero, zero, zero > 0, zero > 0
-    )
-    grain = np.zeros(n)
-    return Frame(
-        0, 0.0, "", np.array([-1.0, 2.0]), cell, np.arange(n), grain + 1, grain + mass, position, np.zeros((n,
-        2)), grain, np.zeros((n, 2)), grain, contacts,
-    )  # fmt: skip
 
 
 def triangular(side: int) -> Frame:

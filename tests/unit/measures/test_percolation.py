@@ -4,28 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from networks import network
 
-from workflow.data.frame import Frame, Interactions
+from workflow.data.frame import Frame
 from workflow.errors import InputError
 from workflow.measures.percolation import network_clusters, percolation, stressed_clusters
-
-
-def network(position, cell, pairs, force) -> Frame:
-    """Discs of diameter 1 with interactions ``pairs`` (i, j), each to the nearest image, normal forces ``force``."""
-    position, cell = np.asarray(position, dtype=float), np.asarray(cell, dtype=float)
-    i, j = np.asarray(pairs, dtype=np.int64).reshape(-1, 2).T
-    branch = position[j] - position[i]
-    branch -= cell * np.rint(branch / cell)
-    zero, n = np.zeros(len(i)), len(position)
-    contacts = Interactions(
-        i, j, branch, np.hypot(*branch.T) - 1.0, np.asarray(force, dtype=float), zero, zero, zero, zero, zero, zero,
-        zero > 0, zero > 0,
-    )  # fmt: skip
-    grain = np.zeros(n)
-    return Frame(
-        0, 0.0, "", np.zeros(2), cell, np.arange(n), grain + 1, grain + 1, position, np.zeros((n, 2)), grain,
-        np.zeros((n, 2)), grain, contacts,
-    )  # fmt: skip
 
 
 def square(side: int, force=None) -> Frame:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.campaign.study import Study
-from workflow.reproduce.drawn import Say, figures
+from workflow.reproduce.figures import Say, figures
 from workflow.reproduce.papers import Drawing, Paper, Printed
 from workflow.reproduce.pool import Earlier, origin
 from workflow.reproduce.readings import Readings, lines, write_readings

@@ -29,7 +29,7 @@ from workflow.measures.registry import chosen_groups, plain
 from workflow.pipeline import run as pipeline
 from workflow.pipeline import sources as pipeline_sources
 from workflow.pipeline.archived import archived
-from workflow.pipeline.collect import measures_of, no_packing, settings_of
+from workflow.pipeline.collect import measures_of
 from workflow.pipeline.dumps import measures_of_dump, settings_of_dump
 from workflow.runs.directory import ARCHIVE, RunDirectory, default_directory
 from workflow.runs.installation import check_room, engine
@@ -157,39 +157,15 @@ def measure(
 
 
 def plot(source: Source, figure: str = "forces", out: str | PathLike[str] | None = None, frame: int = -1) -> Path:
-    """Draw a figure of `wf plot` of one frame of a packing; the path of the file.
+    """Draw a figure of `wf plot` of one run; the path of the file.
 
-    ``figure``: its name; ``out``: the file, of any format that matplotlib writes (None: FIGURE.png in the run directory).
-    Raises InputError for a figure or a format that does not exist, or if the frame has not what the figure needs.
+    ``figure``: its name; ``out``: the file, of any format that matplotlib writes (None: in the run directory, PNG where the
+    figure has no format of its own); ``frame``: negative from the end.  Raises InputError for a figure or a format that does
+    not exist, or if the run has not what the figure needs.
     """
-    from workflow.reports.registry import FRAMES, Shown, figures_of  # matplotlib is slow to import
+    from workflow.reports.draw import draw_one
 
-    opened = _opened(source)
-    known = figures_of(opened.scene.figures)
-    if figure not in known:
-        raise InputError(f"figure '{figure}' is not known; choose from {', '.join(known)}")
-    path = opened.directory / f"{figure}.png" if out is None else _with_format(Path(out))
-    chosen = known[figure]
-    if chosen.of == FRAMES:
-        shown = opened.frames[frame]
-        law = opened.scene.law_of(shown.stage)
-        if law is None:
-            raise InputError(no_packing(opened._record))
-        chosen.check(shown)
-        chosen.draw([(shown, settings_of(opened.scene, law))], [path])
-    else:
-        chosen.draw([Shown(opened._record, opened.directory.name, frame)], [path])
-    return path
-
-
-def _with_format(path: Path) -> Path:
-    """The path.  Raises InputError if matplotlib does not write files of its kind."""
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    known = FigureCanvasBase.get_supported_filetypes()
-    if path.suffix[1:].lower() not in known:
-        raise InputError(f"'{path}' has no format of a figure; end its name in one of .{', .'.join(sorted(known))}")
-    return path
+    return draw_one(pipeline_sources.Run(_opened(source).directory, frame), figure, None if out is None else Path(out))
 
 
 def report(source: Source, out: str | PathLike[str] | None = None) -> Path:

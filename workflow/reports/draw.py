@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from workflow.data.notes import tell
@@ -29,7 +29,7 @@ def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Seque
         tell(frame.notes)
         for figure in of_frames:
             figure.check(frame)
-    runs = [source.run and Shown(source.run, source.run.path.name, source.number) for source in sources]
+    runs = [_shown(source) for source in sources]
     out.mkdir(parents=True, exist_ok=True)
     for name, figure in chosen.items():
         if figure.of == RUNS and None in runs:
@@ -41,17 +41,57 @@ def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Seque
                 yield from paths
 
 
+def draw_one(source: Source, name: str, path: Path | None) -> Path:
+    """Draw the figure ``name`` of one source into the file ``path`` (None: NAME.png in its folder, or the only format).
+
+    Raises InputError for a name or a format that does not exist, and where there is nothing to draw.
+    """
+    figure = _named(source, [name])[name]
+    path = source.folder / f"{name}.{(*figure.formats, 'png')[0]}" if path is None else path
+    if path.suffix[1:].lower() not in (known := figure.formats or _formats()):
+        raise InputError(f"'{path}' has no format of this figure; end its name in one of .{', .'.join(sorted(known))}")
+    sample: object
+    if figure.of == FRAMES:
+        frame, settings = source.frame()
+        figure.check(frame)
+        sample = frame, settings
+    elif source.run is None:
+        raise InputError(f"figure '{name}' needs a run directory")
+    else:
+        sample = _shown(source)
+    if figure.draw([sample], [path]) is False:
+        raise InputError(f"figure '{name}': there is nothing to draw in '{source.name}'")
+    return path
+
+
+def _formats() -> Iterable[str]:
+    """Those that matplotlib writes."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    return FigureCanvasBase.get_supported_filetypes()
+
+
+def _shown(source: Source) -> Shown | None:
+    """The run of a source, None for dumps."""
+    return None if source.run is None else Shown(source.run, source.run.path.name, source.number)
+
+
 def _chosen(source: Source, asked: str | None) -> dict[str, Figure]:
     """The figures of ``source`` by name, in the order asked for."""
     known = figures_of(source.figures)
     if asked is None:
         return {name: figure for name, figure in known.items() if figure.unasked}
-    names = list(known) if asked == "all" else asked.split(",")
+    return _named(source, list(known) if asked == "all" else asked.split(","), also=", or all")
+
+
+def _named(source: Source, names: Sequence[str], also: str = "") -> dict[str, Figure]:
+    """The figures ``names`` of ``source``.  Raises InputError for one that it has not."""
+    known = figures_of(source.figures)
     for name in names:
         if name not in known:
             other = any(name in figures for figures in FIGURES.values())
             what = f"shows nothing of '{source.name}'" if other else "is not known"
-            raise InputError(f"figure '{name}' {what}; choose from {', '.join(known)}, or all")
+            raise InputError(f"figure '{name}' {what}; choose from {', '.join(known)}{also}")
     return {name: known[name] for name in names}
 
 

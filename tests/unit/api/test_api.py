@@ -83,6 +83,8 @@ def test_a_frame_without_a_law_has_no_number_that_needs_friction(packing: workfl
 
 def test_plot_and_report_write_the_files_that_they_name(packing: workflow.Run, tmp_path: Path) -> None:
     assert workflow.plot(packing, "distribution", tmp_path / "n.svg").read_bytes().startswith(b"<?xml")
+    packing.archive.unlink()  # it is made again, also for what is drawn of the run and not of a frame
+    assert workflow.plot(packing, "history", tmp_path / "history.png").stat().st_size > 1000
     page = workflow.report(packing, tmp_path / "page.html")
     assert page.read_text(encoding="utf-8").lower().startswith("<!doctype html>")
 
@@ -108,6 +110,8 @@ WRONG: dict[str, tuple[Callable[[workflow.Run], object], str]] = {
     "group": (lambda run: workflow.measure(run, groups=["hoels"]), "'hoels' is no group"),
     "law of a run": (lambda run: workflow.measure(run, law=workflow.ContactLaw(1.0)), "a run has its own"),
     "figure": (lambda run: workflow.plot(run, "forcs"), "figure 'forcs' is not known"),
+    "several figures": (lambda run: workflow.plot(run, "forces,history"), "figure 'forces,history' is not known"),
+    "figure of a heap": (lambda run: workflow.plot(run, "avalanche"), "'avalanche' shows nothing of"),
     "format": (lambda run: workflow.plot(run, out="a.xyz"), "'a.xyz' has no format"),
     "page": (lambda run: workflow.report(run, "a.txt"), "a.txt'? is not allowed"),
     "grid": (lambda run: workflow.sweep("method1", {"mu": 0.3}), "must be a list"),  # type: ignore[dict-item]

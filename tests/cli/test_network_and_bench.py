@@ -91,6 +91,8 @@ def test_bench_takes_lists_as_they_are_typed(words: list[str], wf: Wf) -> None:
         (["--ranks", "0"], "--ranks '0' is not allowed"),
         (["--rounds", "0"], "--rounds '0' is not allowed"),
         (["nowhere", "--n", "100"], "leave out DIR"),
+        (["--against", "nowhere/python"], "--against 'nowhere/python' is no program"),
+        (["nowhere", "--against", "python3"], "leave out DIR"),
     ],
 )
 def test_bench_refuses(words: list[str], message: str, wf: Wf) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -25,6 +26,7 @@ wf bench                                          1400 grains, gas and dense, ev
 wf bench --n 1400,5600,50000 --ranks 1,2          sizes and MPI ranks; lists take commas or blanks
 wf bench --state dense --engines exact,granular --json
 wf bench --engines exact --switches               what the switches of a scene save, what a barostat costs
+wf bench --engines exact --against OLD/bin/python beside the exact law of another installation: what a change costs
 wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
 
@@ -48,6 +50,8 @@ def declare(commands: Any) -> None:
     parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
     parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
     parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
+    parser.add_argument("--against", type=Path, metavar="PYTHON",
+                        help="also the exact law of the installation that this Python has, taking turns")  # fmt: skip
     parser.add_argument("--csv", type=Path, metavar="FILE", help="also write the table as CSV")
     parser.add_argument("--json", action="store_true", help="print JSON")
 
@@ -64,12 +68,14 @@ def action(arguments: argparse.Namespace) -> int:
             positive(str(getattr(arguments, name)), f"--{name}")
     if arguments.csv and not arguments.csv.parent.is_dir():
         raise InputError(f"--csv '{arguments.csv}': there is no directory '{arguments.csv.parent}'; make it first")
+    if arguments.against and not shutil.which(arguments.against):
+        raise InputError(f"--against '{arguments.against}' is no program; give the Python of an environment, ENV/bin/python")
     states, common = state_of_run(_alone(arguments)) if arguments.directory else (_made(arguments), {})
     engine()
     for name in missing(engines):
         print(f"{name} not installed: apt-get install {name}", file=sys.stderr)
     timings = bench(states, engines, ranks=ranks, rounds=arguments.rounds, steps=arguments.steps,
-                    switches=arguments.switches, common=common)  # fmt: skip
+                    switches=arguments.switches, common=common, against=arguments.against)  # fmt: skip
     if arguments.csv:
         write_csv(arguments.csv, timings)
     print(json.dumps([asdict(timing) for timing in timings], indent=1) if arguments.json else bench_table(timings))
@@ -85,6 +91,6 @@ def _made(arguments: argparse.Namespace) -> list[tuple[str, State]]:
 
 def _alone(arguments: argparse.Namespace) -> RunDirectory:
     """The run whose last frame is the state.  Raises InputError if states are asked for too."""
-    if arguments.n or arguments.state:
-        raise InputError("--n and --state are for states that are made; leave them out or leave out DIR")
+    if arguments.n or arguments.state or arguments.against:
+        raise InputError("--n, --state and --against are for states that are made; leave them out or leave out DIR")
     return RunDirectory.open(arguments.directory)

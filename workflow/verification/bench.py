@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
 import re
 import shutil
 import statistics
@@ -23,7 +25,7 @@ from workflow.verification.bench_states import dense, gas
 ENGINES = ("exact", "stock", "hooke/history", "granular", "liggghts", "yade")
 PROGRAMS = ("liggghts", "yade")  # programs of their own; the others run in this package's LAMMPS
 STATES = ("gas", "dense")
-REFERENCE, EXACT = "hooke/history", "exact"
+REFERENCE, EXACT, OTHER = "hooke/history", "exact", "exact, other installation"
 GRAIN_STEPS, LEAST_STEPS = 10_000_000, 500  # timed steps: so many grain-steps, at least so many steps
 WARM_SHARE = 5  # one untimed step per so many timed ones
 PARTS = ("pair", "neigh", "comm", "modify")
@@ -107,12 +109,14 @@ def bench(
     steps: int | None = None,
     switches: bool = False,
     common: Mapping[str, object] | None = None,
+    against: Path | None = None,
     out: TextIO = sys.stderr,
 ) -> list[Timing]:
     """Time every installed engine on every state, one after the other within each round; LIGGGHTS and YADE on one rank only.
 
-    ``steps``: timed steps (default: GRAIN_STEPS grain-steps); ``common``: variables that all decks take (kn, zeta, mu, step).
-    Raises EnvironmentFault if none of the engines is installed.
+    ``steps``: timed steps (default: GRAIN_STEPS grain-steps); ``common``: variables that all decks take (kn, zeta, mu, step);
+    ``against``: the Python of another installation, whose own `wf bench` times its exact law on the same state as row OTHER.
+    Raises EnvironmentFault if none of the engines is installed, EngineError if a run fails.
     """
     here = [name for name in engines if name not in missing(engines)]
     if not here:
@@ -127,11 +131,14 @@ def bench(
             grains = len(discs.diameter)
             count = steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
             values = {**(common or {}), "warm": math.ceil(count / WARM_SHARE), "steps": count}
-            keys = [(row, r) for r in ranks for row in _rows(here, name, switches) if r == 1 or row not in PROGRAMS]
+            rows = [*_rows(here, name, switches), *([OTHER] if against else [])]
+            keys = [(row, r) for r in ranks for row in rows if r == 1 or row not in PROGRAMS]
             loops: dict[Key, list[Loop]] = {key: [] for key in keys}
             for _ in range(rounds):
                 for row, r in keys:
-                    loops[row, r].append(_loop(folder, row, r, values, grains * count))
+                    other = against if row == OTHER else None
+                    loop = _other(other, name, grains, r, count) if other else _loop(folder, row, r, values, grains * count)
+                    loops[row, r].append(loop)
                 meter.add(1, f"{name}, {grains} grains")
         timings += [_timing(key, loops, name, grains, count) for key in keys]
     meter.end()
@@ -166,6 +173,16 @@ def _loop(folder: Path, row: str, ranks: int, values: Mapping[str, object], grai
         changed = {**OWN, **SWITCHES}[row]
         log = run_template(folder, "bench.in", {**values, **changed, "data": "grains.data"}, ranks=ranks).output()
     return read_loop(log, grain_steps)
+
+
+def _other(python: Path, state: str, grains: int, ranks: int, steps: int) -> Loop:
+    """One run of the exact law of another installation: its decks and plugin, its own state of the same name and size."""
+    asked = {"--engines": EXACT, "--state": state, "--n": grains, "--ranks": ranks, "--steps": steps, "--rounds": 1}
+    words = [str(word) for pair in asked.items() for word in pair]
+    apart = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [str(python), "-P", "-m", "workflow.cli.main", "bench", *words, "--json"]
+    row = json.loads(run_program(command, environment=apart).output())[0]
+    return Loop(row["ns_per_grain_step"], {name: row[name] for name in (*PARTS, "other")})
 
 
 def read_loop(log: str, grain_steps: int) -> Loop:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from workflow.data.discs import Discs
 from workflow.errors import EngineError, EnvironmentFault
-from workflow.verification.bench import PROGRAMS, bench, missing, own_states, read_loop
+from workflow.verification.bench import OTHER, PROGRAMS, bench, missing, own_states, read_loop
 from workflow.verification.bench_states import dense, gas
 
 LAMMPS = """
@@ -100,6 +101,16 @@ def test_every_engine_that_is_here_gives_its_rows() -> None:
         assert min(row.ratio, row.ratio_to_exact) > 0.0
         assert (row.pair is None) == (engine == "yade")
         assert rows[state, "hooke/history"].ratio == rows[state, "exact"].ratio_to_exact == 1.0
+
+
+@pytest.mark.engine
+def test_another_installation_takes_turns_with_this_one() -> None:
+    """The other one is this one too: the same deck on the same state, so the same shares, whatever the machine does."""
+    rows = bench(own_states([100], ["gas"]), ["exact"], rounds=2, steps=50, against=Path(sys.executable), out=io.StringIO())
+    assert [row.engine for row in rows] == ["exact", OTHER]
+    assert all(row.steps == 50 and row.rounds == 2 and row.pair for row in rows)
+    with pytest.raises(EngineError, match="stopped"):
+        bench(own_states([100], ["gas"]), ["exact"], rounds=1, steps=50, against=Path("/bin/false"), out=io.StringIO())
 
 
 @pytest.mark.engine

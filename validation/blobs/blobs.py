@@ -40,7 +40,7 @@ def fits(data):
         for top in TOPS:
             row = {"fit": name, "top": top}
             try:
-                found = fit_fractal(one, (float(np.nanmin(data.k)), top), weighted=False)
+                found = fit_fractal(one, (float(np.nanmin(data.k)), top))
             except WorkflowError:
                 found = None
             if found:

@@ -3,36 +3,42 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from warnings import catch_warnings
 
 import numpy as np
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from workflow.data.frame import Bools, Floats
 from workflow.errors import InputError, WorkflowError
 from workflow.measures.density import Scattering
 
-FEW = 5  # samples from which their standard errors weight the fit; those of two would give some shells all the weight
-PASSES = 5  # of the fit that takes its weights from the last one
-MOST_SPREAD = 1.0  # standard error of d_F or ln xi beyond which a fit says nothing
+CONFIDENCE = 0.6827  # of the intervals
+SURE = 0.99  # that I(k) is no constant, else there is nothing to fit
+LIMITS = ((0.05, 4.0), (-3.0, 3.0))  # of d_F, and of ln xi about its best value: beyond them an interval is open
+FLOOR = 1e-3  # of I: a trial I(k) below it is taken for it, as the likelihood knows positive ones only
+
+_Parameters = Floats  # d_F, ln xi, ln plateau, constant
 
 
 @dataclass(frozen=True)
 class FractalFit:
     """Fit of eq. 28: parameters in the order ``names`` with ``covariance`` (4, 4), standard errors from its diagonal.
 
-    ``dimension`` d_F, ``xi`` [length], ``plateau`` I(0) - Cst [length^2], ``constant`` Cst [length^2].  ``window``:
-    the k allowed; ``points``: shells in it.  ``reduced_chi2``: about 1 for a good fit.
+    ``dimension`` d_F, ``xi`` [length], ``plateau`` I(0) - Cst [length^2], ``constant`` Cst [length^2].
+    ``dimension_interval``, ``xi_interval``: 68 % intervals by profile likelihood, an end that the data leave open is NaN;
+    they hold where the two are correlated and the likelihood is no parabola, as for one sample.  ``window``: the k allowed;
+    ``points``: shells in it.  ``reduced_chi2``: mean square deviation in units of what the wave vectors give, about 1 for
+    independent ones; covariance and intervals are scaled with it.
     """
 
     dimension: float
     xi: float
     plateau: float
     constant: float
+    dimension_interval: tuple[float, float]
+    xi_interval: tuple[float, float]
     covariance: Floats
     window: tuple[float, float]
     points: int
-    weighted: bool
     reduced_chi2: float
     solid_fraction: float
     names: tuple[str, str, str, str] = ("dimension", "xi", "plateau", "constant")
@@ -75,47 +81,91 @@ def fractal_intensity(k: Floats, phi: float, dimension: float, xi: float, ell: f
     return constant + plateau * _shape(k, dimension, xi)
 
 
-def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool) -> FractalFit:
-    """Fit eq. 28 to the shells with window[0] <= k <= window[1] by Levenberg-Marquardt (four free parameters).
+def fit_fractal(data: Scattering, window: tuple[float, float]) -> FractalFit:
+    """Fit eq. 28 to the shells with window[0] <= k <= window[1] by greatest likelihood (four free parameters).
 
-    ``weighted``: residuals in units of the standard errors over samples, covariance absolute; for FEW samples and more.
-    Otherwise residuals in units of the noise of a shell of n wave vectors, I sqrt(2/n) with I of the fit (chi is a sum of
-    many terms, so |chi|^2 is distributed exponentially, and k and -k count once), covariance scaled to the scatter.
-    Raises InputError for fewer than five shells or missing errors, WorkflowError when the fit does not converge or
-    leaves d_F or ln xi open by MOST_SPREAD.
+    chi(k) is a sum of many terms, so |chi|^2 is distributed exponentially about its mean, and the mean over a shell of n
+    wave vectors, of which k and -k count once, as a gamma variate of n/2 terms about I(k) of the fit, with one sample or
+    many.  Minimised is the deviance D = sum n (I/fit - 1 - ln(I/fit)); an interval holds what raises D by no more than
+    ``reduced_chi2`` times the quantile CONFIDENCE of F(1, points - 4) while the other parameters are free.
+    Raises InputError for fewer than six shells, WorkflowError where a constant I(k) fits as well (F test at SURE).
     """
-    rows = _window(data, window, 5)
-    k, intensity = data.k[rows], data.intensity[rows]
-    noise = np.sqrt(2.0 / data.vectors[rows])
-    sigma = data.error[rows] if weighted else noise * intensity
-    if not (sigma > 0).all():
-        raise InputError("weighted fit: a shell has no standard error; average two samples or more, or weighted=False")
-
-    def model(k: Floats, dimension: float, log_xi: float, log_plateau: float, constant: float) -> Floats:
-        return constant + np.exp(log_plateau) * _shape(k, dimension, np.exp(log_xi))
-
-    try:
-        with np.errstate(all="ignore"), catch_warnings(action="ignore"):  # trial steps may leave the range of numbers
-            best = _start(k, intensity)
-            for _ in range(1 if weighted else PASSES):
-                best, covariance = optimize.curve_fit(
-                    model, k, intensity, best, sigma, absolute_sigma=weighted, method="lm", maxfev=20000
-                )
-                sigma = sigma if weighted else noise * np.abs(model(k, *best))
-    except RuntimeError as error:
-        raise WorkflowError(f"fit of eq. 28 in k = {window} did not converge ({error}); change the window") from error
-    spread = np.sqrt(np.abs(np.diag(covariance)))  # of d_F, ln xi, ...
-    if not (np.isfinite(covariance).all() and best[0] > 0 and spread[0] < MOST_SPREAD and spread[1] < MOST_SPREAD):
+    rows = _window(data, window, 6)
+    k, intensity, terms = data.k[rows], data.intensity[rows], 0.5 * data.vectors[rows]
+    fit = _Deviance(k, intensity, terms)
+    best, least, information = fit.least(_start(k, intensity))
+    freedom = len(k) - 4
+    dispersion = float((terms * (intensity / fit.model(best) - 1.0) ** 2).sum() / freedom)
+    if fit.flat() - least <= 3.0 * dispersion * stats.f.ppf(SURE, 3, freedom):
         raise WorkflowError(
-            f"fit of eq. 28 in k = {window} does not determine its parameters; widen the window "
+            f"fit of eq. 28 in k = {window} does not determine its parameters: I(k) does not fall there; widen the window "
             "(a packing without loose regions has no fractal range)"
         )
-    chi2 = float((((model(k, *best) - intensity) / sigma) ** 2).sum() / (len(k) - 4))
+    bound = least + dispersion * float(stats.f.ppf(CONFIDENCE, 1, freedom))
+    of_dimension = fit.interval(best, 0, bound, LIMITS[0])
+    of_xi = np.exp(fit.interval(best, 1, bound, (best[1] + LIMITS[1][0], best[1] + LIMITS[1][1]))).tolist()
     scale = np.array([1.0, np.exp(best[1]), np.exp(best[2]), 1.0])  # from logarithms to the quantities themselves
     dimension, xi, plateau, constant = np.where([False, True, True, False], scale, best).tolist()
-    covariance = covariance * np.outer(scale, scale)
-    window = (float(window[0]), float(window[1]))
-    return FractalFit(dimension, xi, plateau, constant, covariance, window, len(k), weighted, chi2, data.solid_fraction)
+    covariance = np.asarray(dispersion * np.linalg.pinv(information) * np.outer(scale, scale))
+    return FractalFit(
+        dimension, xi, plateau, constant, of_dimension, (of_xi[0], of_xi[1]), covariance,
+        (float(window[0]), float(window[1])), len(k), dispersion, data.solid_fraction,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Deviance:
+    """The deviance of eq. 28 from measured ``intensity`` (S,) at ``k`` (S,), means of ``terms`` (S,) independent terms."""
+
+    k: Floats
+    intensity: Floats
+    terms: Floats
+
+    def model(self, q: _Parameters) -> Floats:
+        """I(k) of the parameters."""
+        return q[3] + np.exp(q[2]) * _shape(self.k, q[0], np.exp(q[1]))
+
+    def least(self, start: _Parameters, fixed: int | None = None) -> tuple[_Parameters, float, Floats]:
+        """Least deviance from ``start``, with parameter ``fixed`` held: where, how much, and half its second derivative."""
+        free = [index for index in range(4) if index != fixed]
+
+        def residuals(values: Floats) -> Floats:
+            q = start.copy()
+            q[free] = values
+            ratio = self.intensity / np.maximum(self.model(q), FLOOR * self.intensity)
+            return np.sign(ratio - 1.0) * np.sqrt(np.maximum(2.0 * self.terms * (ratio - 1.0 - np.log(ratio)), 0.0))
+
+        scale = np.array([1.0, 1.0, 1.0, self.intensity.min()])[free]
+        with np.errstate(all="ignore"):  # trial steps may leave the range of numbers
+            found = optimize.least_squares(residuals, start[free], method="lm", x_scale=scale, max_nfev=1000)
+        q = start.copy()
+        q[free] = found.x
+        return q, float(2.0 * found.cost), found.jac.T @ found.jac
+
+    def flat(self) -> float:
+        """The deviance from a constant I(k), least at the mean."""
+        ratio = self.intensity / np.average(self.intensity, weights=self.terms)
+        return float(2.0 * (self.terms * (ratio - 1.0 - np.log(ratio))).sum())
+
+    def interval(self, best: _Parameters, index: int, bound: float, limits: tuple[float, float]) -> tuple[float, float]:
+        """Where the deviance, least over the others, is ``bound`` on both sides of the best value; NaN beyond ``limits``."""
+        low, high = (self._end(best, index, bound, limit) for limit in limits)
+        return low, high
+
+    def _end(self, best: _Parameters, index: int, bound: float, limit: float) -> float:
+        def excess(value: float) -> float:
+            start = best.copy()
+            start[index] = value
+            return self.least(start, index)[1] - bound
+
+        inside, step = float(best[index]), 0.05 * np.sign(limit - best[index])
+        if excess(inside) >= 0.0:  # data without noise
+            return inside
+        while abs(inside + step - best[index]) < abs(limit - best[index]):
+            if excess(inside + step) > 0.0:
+                return float(optimize.brentq(excess, inside, inside + step, xtol=1e-5))
+            inside, step = inside + step, 1.6 * step
+        return float("nan")
 
 
 def fractal_slope(data: Scattering, window: tuple[float, float]) -> Slope:
@@ -137,8 +187,8 @@ def _shape(k: Floats, dimension: float, xi: float) -> Floats:
     return special.hyp2f1(0.5 * (1 + dimension), 0.5 * dimension, 1.0, -((xi * k) ** 2))
 
 
-def _start(k: Floats, intensity: Floats) -> list[float]:
+def _start(k: Floats, intensity: Floats) -> _Parameters:
     """Starting values d_F, ln xi, ln plateau, constant: height of the first shells, k where half of it is left."""
     plateau = float(intensity[:3].max())
     half = k[np.argmax(intensity < 0.5 * plateau) or len(k) // 2]
-    return [1.7, -float(np.log(half)), float(np.log(plateau)), 0.0]
+    return np.array([1.7, -np.log(half), np.log(plateau), 0.0])

@@ -25,7 +25,7 @@ from workflow.measures.forces import (
     normal_force_distribution,
     triangles,
 )
-from workflow.measures.fractal import FEW, fit_fractal
+from workflow.measures.fractal import fit_fractal
 from workflow.measures.holes import Holes, grid_holes, holes
 from workflow.measures.modes import hyperstatic_clusters, mobility, without_loose
 from workflow.measures.pebble import rigid_clusters
@@ -258,13 +258,9 @@ def shells(frame: Frame, settings: Settings) -> Floats:
 
 
 def density_of(samples: Sequence[Scattering], settings: Settings) -> dict[str, Any]:
-    """Mean I(k) over samples with standard errors, and the fit (weighted with them where every shell has FEW samples; the
-    lowest shells are those of the largest cells alone)."""
+    """Mean I(k) over samples with standard errors, and the fit to it."""
     mean = average(samples)
-    window = fit_window(mean, settings)
-    number = np.sum([sample.vectors > 0 for sample in samples], axis=0)[(mean.k >= window[0]) & (mean.k <= window[1])]
-    weighted = len(number) > 0 and number.min() >= FEW
-    return {"shells": asdict(mean), "fit": attempt(lambda: _fit(mean, window, weighted=weighted))}
+    return {"samples": len(samples), "shells": asdict(mean), "fit": attempt(lambda: _fit(mean, fit_window(mean, settings)))}
 
 
 def fit_window(mean: Scattering, settings: Settings) -> tuple[float, float]:
@@ -272,8 +268,8 @@ def fit_window(mean: Scattering, settings: Settings) -> tuple[float, float]:
     return settings.window or (float(np.nanmin(mean.k)), np.pi / settings.length)
 
 
-def _fit(mean: Scattering, window: tuple[float, float], *, weighted: bool) -> dict[str, Any]:
-    fit = fit_fractal(mean, window, weighted=weighted)
+def _fit(mean: Scattering, window: tuple[float, float]) -> dict[str, Any]:
+    fit = fit_fractal(mean, window)
     return asdict(fit) | {"errors": fit.errors, "ell": fit.ell, "wavelength": fit.wavelength}
 
 

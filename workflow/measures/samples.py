@@ -23,7 +23,7 @@ def pool(samples: Sequence[Mapping[str, Any]], settings: Settings | None) -> dic
     pooled entry by entry, to "mean" and "scatter" lists; truth values become the number of samples in which they hold;
     what the samples do not share, step and time are left out.  I(k) is averaged over the samples on
     shells of equal k, and eq. 28 is
-    fitted to the average (G07 fig. 23), see `fit_fractal` for the weights.
+    fitted to the average (G07 fig. 23).
     """
     if not samples:
         raise InputError("there are no samples to pool; give at least one")

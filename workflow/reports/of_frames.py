@@ -14,7 +14,7 @@ from workflow.measures import forces as measured
 from workflow.measures import holes as measured_holes
 from workflow.measures import registry as groups
 from workflow.measures.clusters import pair_correlation
-from workflow.measures.fractal import FEW, FractalFit, fit_fractal
+from workflow.measures.fractal import FractalFit, fit_fractal
 from workflow.measures.registry import LOWEST, NEIGHBOURHOOD, Settings, fit_window, shells
 from workflow.reports import charts, maps, triangles
 from workflow.reports.figures import BAND, PathLike, force_network
@@ -90,7 +90,7 @@ def _fit(samples: Sequence[Sample], found: Sequence) -> FractalFit | None:
     """The fit of eq. 28, None where it finds nothing."""
     mean = density.average(found)
     try:
-        return fit_fractal(mean, fit_window(mean, samples[0][1]), weighted=len(found) >= FEW)
+        return fit_fractal(mean, fit_window(mean, samples[0][1]))
     except WorkflowError:
         return None
 

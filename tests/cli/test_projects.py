@@ -112,7 +112,9 @@ def test_snakemake_computes_the_study(project: Project, programs: dict[str, str]
         pytest.skip("snakemake is not installed: pip install '.[managers]'")
     folder = project("snakemake")
     snakemake = [sys.executable, "-m", "snakemake", "--cores", "1"]
-    done(folder, programs, *snakemake, "--lint")
+    lint = subprocess.run([*snakemake, "--lint"], cwd=folder, env=programs, capture_output=True, text=True, check=False)
+    remarks = {line.strip() for line in (lint.stdout + lint.stderr).splitlines() if line.lstrip().startswith("* ")}
+    assert remarks == {"* Specify a conda environment or container for each rule.:"}  # `wf` is the one that wrote the project
     done(folder, programs, *snakemake)
     check_results(folder)
     assert "Nothing to be done" in subprocess.run(snakemake, cwd=folder, env=programs, capture_output=True, text=True,

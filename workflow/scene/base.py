@@ -143,10 +143,14 @@ class Scene(Readings):
         """What this scene does not use and therefore does not pay for."""
         return []
 
+    def without_effect(self) -> dict[str, str]:
+        """Parameters that change nothing in this scene, as its other ones stand: name -> why."""
+        return {}
+
     def notes(self) -> list[str]:
         """Sentences before a run: the step and its reason, what is unusual, what is left out."""
         choice, out = self.step_choice, self.left_out()
-        step = f"step {choice.step:.3g} T0: {choice.reason}"
+        step = f"step {choice.step:.3g} {self.units.time}: {choice.reason}"
         return [step, *self.warnings(), *([f"left out, not paid for: {', '.join(out)}"] if out else [])]
 
     def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:

@@ -14,7 +14,7 @@ from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.fluid import fluid
-from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
+from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, idle
 from workflow.scene.placement import diameters, place_randomly
 from workflow.scene.progress import of_packing
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
@@ -269,3 +269,15 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
             "energy account": not self.account,
         }
         return [what for what, out in unused.items() if out]
+
+    def without_effect(self) -> dict[str, str]:
+        """Parameters that change nothing in this scene, as its other ones stand: name -> why."""
+        return idle(
+            ("without cohesion there is no attraction, and P = 1 is the unit", not self.cohesion, "pstar d0"),
+            ("rolling resistance is off (--rolling)", not self.rolling, "mur kr_ratio"),
+            ("the barostat is not berendsen", self.barostat != "berendsen", "berendsen_rate"),
+            ("the barostat has no inertia", self.barostat == "berendsen",
+             "cell cell_mass rate_cap wall_cap convention"),
+            ("mu is 0", self.mu == 0.0, "kt_ratio"),
+            ("the step is given", self.step is not None, "steps_per_period"),
+        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""wf: parse and dispatch.  Exit status: 0 ok, 1 failed, 2 misuse, 130 interrupted."""
+"""wf: parse and dispatch.  Exit status: 0 ok, 1 failed, 2 misuse, 3 a run that is not in equilibrium, 130 interrupted."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ def parser(chosen: str | None = None) -> Parser:
     top = Parser(
         prog="wf",
         description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
+        epilog="exit status: 0 ok, 1 failed, 2 misuse, 3 the run is not in equilibrium, 130 interrupted",
     )
     top.add_argument("--version", action="version", version=f"wf {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)

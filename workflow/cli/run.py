@@ -29,6 +29,7 @@ a scene file holds the options as names and values; every run writes the one tha
   phi0 = 0.36
   cohesion = false
 """
+NOT_IN_EQUILIBRIUM = 3  # exit status of a run that came to the end of its time instead
 
 
 def declare(commands: Any) -> None:
@@ -77,4 +78,8 @@ def finish(
         return 130
     measures = stored_measures(directory)
     print(json.dumps(measures, indent=1) if arguments.json else summary(measures, directory))
-    return 0
+    if directory.equilibrium() is not False:
+        return 0
+    words = f"'wf resume {shlex.quote(str(directory.path))} --max-time T' gives each stage more"
+    print(f"wf: not in equilibrium: the time of a stage was over; {words}", file=sys.stderr)
+    return NOT_IN_EQUILIBRIUM

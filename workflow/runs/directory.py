@@ -227,6 +227,12 @@ class RunDirectory:
         except ValueError:  # the line was cut off
             return {}
 
+    def equilibrium(self) -> bool | None:
+        """Whether the run, finished, ended in equilibrium; None before its end, and of a scene that does not end so."""
+        if self.state["status"] != FINISHED or not self.scene.ends_in_equilibrium:
+            return None
+        return bool(self.result().get("equilibrated"))
+
 
 def misfit(state: Any) -> str | None:
     """What is wrong with the record of a run, None if nothing is."""

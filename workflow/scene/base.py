@@ -44,7 +44,8 @@ class Scene(Readings):
 
     ``name`` on the command line and in files, ``title`` in words; ``template``: the deck, relative to lammps_inputs/, None
     for that of this name; ``stages``: names of the deck's stages by number; ``kind`` and ``figures`` as in the module's
-    text; ``stream``: first word of the seeds of its random streams, None for its name.
+    text; ``ends_in_equilibrium``: its last stage waits for that; ``stream``: first word of the seeds of its random streams,
+    None for its name.
 
     To be given: `size`, `step_choice`, `discs` and `variables`.  The rest has a default.
     """
@@ -55,6 +56,7 @@ class Scene(Readings):
     template: ClassVar[Path | None] = None
     stages: ClassVar[dict[int, str]] = {}
     figures: ClassVar[tuple[str, ...]] = ()
+    ends_in_equilibrium: ClassVar[bool] = False
     stream: ClassVar[str | None] = None
 
     # ---- what is run

@@ -41,6 +41,7 @@ class Heap(Scene):
     kind: ClassVar[str] = "heap"
     stages: ClassVar[dict[int, str]] = {1: "pour"}
     figures: ClassVar[tuple[str, ...]] = ("heap",)
+    ends_in_equilibrium: ClassVar[bool] = True
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
     grains: int = parameter(

@@ -36,6 +36,7 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
 
     kind: ClassVar[str] = "packing"
     figures: ClassVar[tuple[str, ...]] = ("network", "history")
+    ends_in_equilibrium: ClassVar[bool] = True
     stream: ClassVar[str | None] = "method1"  # every method starts from the same gas
     settling: ClassVar[tuple[str, ...]] = ()
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()

@@ -19,7 +19,7 @@ from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.parameter import parameter
 from workflow.scene.parts import idle
-from workflow.scene.progress import of_heap
+from workflow.scene.progress import heap_left, of_heap
 from workflow.scene.time_step import Step
 
 CLOCK = "sqrt(sigma/g)"  # unit of time
@@ -361,9 +361,17 @@ class Heap(Scene):
             "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
 
-    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
-        """Time, grains poured and gone, height; time left until the feed ends."""
-        return of_heap(series, self.grains, FLOOR, seconds)
+    def state_line(self, series: Mapping[str, Floats]) -> str:
+        """Grains poured and gone, height, unbalanced force."""
+        return of_heap(series, self.grains, FLOOR)
+
+    def time_left(self, rows: Mapping[str, Floats], stage: str) -> float | None:
+        """Until the feed ends and the heap is at rest; None: unknown."""
+        return heap_left(rows, self)
+
+    def cost_left(self, rows: Mapping[str, Floats]) -> float:
+        """A step costs what its grains cost, and they become more while they are poured."""
+        return 0.5 * (1.0 + self.grains / max(float(rows["poured"][-1]), 1.0))
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""

@@ -16,7 +16,7 @@ from workflow.scene.base import Scene, Units
 from workflow.scene.fluid import fluid
 from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, idle
 from workflow.scene.placement import diameters, place_randomly
-from workflow.scene.progress import of_packing
+from workflow.scene.progress import of_packing, packing_left
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
@@ -254,9 +254,13 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
             return []
         return [f"the compression alone takes about {self.compression_time:.0f} T0: raise --max-time"]
 
-    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
-        """Stage, time, solid fraction, pressure, unbalanced force, time left."""
-        return of_packing(series, self, seconds)
+    def state_line(self, series: Mapping[str, Floats]) -> str:
+        """Solid fraction, coordination number, pressure, unbalanced force, aggregates."""
+        return of_packing(series, self.cohesion)
+
+    def time_left(self, rows: Mapping[str, Floats], stage: str) -> float | None:
+        """By the physics of the stage; None: unknown."""
+        return packing_left(rows, self, stage)
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""

@@ -26,7 +26,7 @@ def test_equilibrium_is_claimed_only_of_a_stress_that_contacts_bear(name: str, w
     """With the time that a stress takes it is reached, and not before."""
     words, pressure, reached = CASES[name]
     done = wf("run", *words, *SMALL, "--out", "run", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == (0 if reached else 3), done.stderr
     numbers = json.loads(done.stdout)
     assert numbers["equilibrated"] is reached
     # of the contact table, without the kinetic part; N_v acts in the criterion too, and is below 1e-3 of it at rest

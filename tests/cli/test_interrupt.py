@@ -143,7 +143,9 @@ def test_second_wf_is_turned_away(running: Start, wf: Wf) -> None:
     run.wait_for_rows(2)
     row = json.loads(wf("status", "slow", "--json").stdout)[0]
     assert row["status"] == "running"
-    assert "Phi 0." in row["progress"]
+    assert "Phi 0." in row["line"] and row["equilibrium"] is None
+    assert (row["stage"], row["stage_number"], row["stages"]) == ("compress", 1, 2) and row["time"] > 0.0
+    assert row["remaining"] is None or (row["remaining"] > 0.0 and 0.0 < row["progress"] < 1.0)
     second = wf("resume", "slow")
     assert second.returncode == 1
     assert "'slow' is in use" in second.stderr

@@ -33,7 +33,7 @@ def test_terminal_rewrites_one_line(running: Callable[..., Running]) -> None:
     for state in states[:-1]:
         assert "\n" not in state
     for state in states:
-        assert re.match(r"compress +t +[\d.]+ +Phi 0\.\d+", state)
+        assert re.match(r"compress 1/2  t [\d.]+  left (unknown|~\S+ \S+)  Phi 0\.\d+", state)
     last, _, after = states[-1].partition("\r\n")
     assert "\r" not in last
     assert after.startswith("wf: interrupted")

@@ -131,7 +131,7 @@ def test_time_node_and_cancel(slurm: Slurm, wf: Wf, tmp_path: Path) -> None:
         if slurm.state(task) == "PENDING":
             slurm.release(task)
         point = one(wf, "s")
-        return point["status"] == "running" and (point["progress"] or "").startswith("compress") and step() > from_
+        return point["status"] == "running" and (point["line"] or "").startswith("compress") and step() > from_
 
     def restarts() -> int:
         return (run / "log.lammps").read_text().count("Reading restart file")

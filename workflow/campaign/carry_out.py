@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workflow.campaign.cluster import Profile
-from workflow.campaign.local import Outcome, compute, duration
+from workflow.campaign.local import Outcome, compute
 from workflow.campaign.results import RESULTS, write_results
 from workflow.campaign.slurm import preview, submit
 from workflow.campaign.study import DONE, Study, remaining
 from workflow.errors import InputError
 from workflow.runs.installation import check_room, engine
+from workflow.scene.progress import duration
 
 Say = Callable[[str], None]
 

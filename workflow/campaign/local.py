@@ -20,6 +20,7 @@ from workflow.runs import directory as rundir
 from workflow.runs.child_process import with_parent
 from workflow.runs.directory import RunDirectory
 from workflow.runs.installation import python_child
+from workflow.scene.progress import duration
 
 POLL = 0.1  # seconds between looks at the jobs
 LINE_INTERVAL = 1.0  # seconds between changes of the line on a terminal
@@ -212,8 +213,3 @@ def _signal(job: Job) -> None:
     in the background ignores."""
     with suppress(ProcessLookupError):
         os.kill(job.process.pid, signal.SIGTERM)
-
-
-def duration(seconds: float) -> str:
-    """A time for people."""
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -29,7 +29,7 @@ def study_standing(path: Path) -> dict[str, Any]:
             {
                 "name": point.name, "label": whole.label(point), "status": now.status, "reason": now.reason,
                 "seconds": now.seconds,
-                "progress": progress(whole.directory(point), point.scene) if now.status == study.RUNNING else None,
+                "line": progress(whole.directory(point), point.scene) if now.status == study.RUNNING else None,
             }
             for point, now in zip(whole.points, standings, strict=True)
         ],
@@ -46,7 +46,7 @@ def in_words(row: dict[str, Any]) -> str:
     width = max((len(one["label"]) for one in shown), default=0)
     lines = []
     for one in shown:
-        words = one["progress"] or one["reason"] or ""
+        words = one["line"] or one["reason"] or ""
         lines.append(f"  {one['status']:8s} {one['name']}  {one['label']:{width}s}  {words}")
     lines += [f"  and {len(some) - MOST} more {kind}: see --json" for kind, some in kinds.items() if len(some) > MOST]
     waits = Counter(one["reason"] for one in row["points"] if one["status"] == study.WAITING and one["reason"])

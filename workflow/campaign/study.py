@@ -20,7 +20,6 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -29,7 +28,7 @@ from workflow.data.files import alive, atomic_write, open_plain
 from workflow.deck.template import DECK, render
 from workflow.errors import ArchiveError, InputError
 from workflow.runs import directory as rundir
-from workflow.runs.directory import RunDirectory
+from workflow.runs.directory import RunDirectory, seconds_since
 from workflow.runs.installation import versions
 from workflow.scene.base import Scene
 from workflow.scene.registry import scene_from
@@ -223,7 +222,7 @@ def standing_in(path: str) -> PointStatus:
         elsewhere = state.get("host") not in (None, platform.node())
         if elsewhere or alive(state.get("pid")):
             where = f"on {state['host']}" if elsewhere else None
-            return PointStatus(RUNNING, where, seconds + _since(state.get("started")), ranks)
+            return PointStatus(RUNNING, where, seconds + seconds_since(state.get("started")), ranks)
         return PointStatus(INTERRUPTED, "it was killed", seconds, ranks)
     known = {rundir.PREPARED: WAITING, rundir.FINISHED: DONE, rundir.INTERRUPTED: INTERRUPTED}
     return PointStatus(known.get(status, FAILED), reason, seconds, ranks)
@@ -232,14 +231,6 @@ def standing_in(path: str) -> PointStatus:
 def same_deck(point: Point, state: Mapping[str, Any]) -> bool:
     """The run of record ``state`` has the deck that this version makes of the scene."""
     return state.get("hashes", {}).get(DECK) == hashlib.sha256(render(point.scene).encode()).hexdigest()
-
-
-def _since(stamp: str | None) -> float:
-    """Seconds since an ISO 8601 time."""
-    try:
-        return max((datetime.now(UTC) - datetime.fromisoformat(stamp or "")).total_seconds(), 0.0)
-    except ValueError:
-        return 0.0
 
 
 def remaining(points: Sequence[Point], standings: Sequence[PointStatus]) -> float | None:

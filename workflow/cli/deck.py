@@ -11,7 +11,9 @@ from typing import Any
 
 from workflow.campaign.cluster import CLUSTERS, Profile, profile_of
 from workflow.campaign.portable import JOB, job_name, job_script, make_portable
-from workflow.cli.options import add_scene, command, scene_of
+from workflow.cli.lists import whole_number
+from workflow.cli.options import command
+from workflow.cli.scenes import add_scene, scene_of
 from workflow.deck.template import DECK, render
 from workflow.errors import InputError
 from workflow.runs.directory import RunDirectory, default_directory
@@ -29,16 +31,16 @@ wf deck method1 --out packing --profile hunter          the same, from ~/.config
 def declare(commands: Any) -> None:
     """Options of `wf deck`."""
     parser = command(commands, "deck", "write the deck of a scene, which runs alone with lmp", EXAMPLES, action=action)
-    add_scene(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="directory (default runs/NAME-HASH)")
-    parser.add_argument("--dry-run", action="store_true", help="print the deck, and of a job its script; write nothing")
+    output = add_scene(parser)["output"]
+    output.add_argument("--out", type=Path, metavar="DIR", help="directory (default runs/NAME-HASH)")
+    output.add_argument("--dry-run", action="store_true", help="print the deck, and of a job its script; write nothing")
     add_cluster(parser)
-    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of the job (default 1)")
+    parser.add_argument("--ranks", type=whole_number, metavar="R", help="MPI ranks of the job (default 1)")
 
 
 def add_cluster(parser: argparse.ArgumentParser) -> None:
     """What a job asks for.  ``--account`` is the job's: the energy account of a scene, there by default, has --no-account."""
-    group = parser.add_argument_group("job for a cluster (see docs/cluster.md)", conflict_handler="resolve")
+    group = parser.add_argument_group("job for a cluster (see docs/cluster.md)")
     group.add_argument("--scheduler", choices=list(CLUSTERS), help="kind of the scheduler (default: the profile's, or slurm)")
     group.add_argument("--profile", metavar="NAME", help="cluster in ~/.config/workflow/clusters.toml, or FILE.toml of one")
     group.add_argument("--time", metavar="HH:MM:SS", help="time limit of a job (default 24:00:00); it goes on in another")

@@ -1,8 +1,7 @@
-"""wf: parse and dispatch.  Exit status: 0 ok, 1 failed, 2 misuse, 130 interrupted."""
+"""wf: parse and dispatch.  Exit status: 0 ok, 1 failed, 2 misuse, 3 a run that is not in equilibrium, 130 interrupted."""
 
 from __future__ import annotations
 
-import argparse
 import errno
 import os
 import resource
@@ -11,6 +10,7 @@ import sys
 from importlib import import_module
 
 from workflow import __version__
+from workflow.cli.parser import Parser
 from workflow.cli.terminal import escaped_output
 from workflow.errors import WorkflowError
 
@@ -22,11 +22,12 @@ COMMANDS = (
 )  # fmt: skip
 
 
-def parser(chosen: str | None = None) -> argparse.ArgumentParser:
+def parser(chosen: str | None = None) -> Parser:
     """The whole command line, or that of one command: the modules of the others cost half a second to load."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="wf",
         description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
+        epilog="exit status: 0 ok, 1 failed, 2 misuse, 3 the run is not in equilibrium, 130 interrupted",
     )
     top.add_argument("--version", action="version", version=f"wf {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)

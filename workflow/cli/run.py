@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.options import add_scene, command, scene_of
+from workflow.cli.lists import whole_number
+from workflow.cli.options import command
+from workflow.cli.scenes import add_scene, scene_of
 from workflow.pipeline.collect import stored_measures
 from workflow.pipeline.run import run
 from workflow.reports.summary import summary
@@ -27,22 +29,23 @@ a scene file holds the options as names and values; every run writes the one tha
   phi0 = 0.36
   cohesion = false
 """
+NOT_IN_EQUILIBRIUM = 3  # exit status of a run that came to the end of its time instead
 
 
 def declare(commands: Any) -> None:
     """Options of `wf run`."""
     parser = command(commands, "run", "run a scene and measure the result", EXAMPLES, action=action)
-    add_scene(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="run directory (default runs/NAME-HASH)")
-    add_run_options(parser)
+    groups = add_scene(parser)
+    groups["output"].add_argument("--out", type=Path, metavar="DIR", help="run directory (default runs/NAME-HASH)")
+    add_run_options(groups["numerics"], groups["output"])
 
 
-def add_run_options(parser: argparse.ArgumentParser, ranks: int | None = 1) -> None:
-    """What run and resume share; ``ranks``: default, None for those of the run."""
+def add_run_options(numerics: Any, output: Any, ranks: int | None = 1) -> None:
+    """What run and resume share, in groups of their parser; ``ranks``: default, None for those of the run."""
     text = "MPI ranks (default 1)" if ranks else "MPI ranks (default: those of the run)"
-    parser.add_argument("--ranks", type=int, default=ranks, metavar="R", help=text)
-    add_oversubscribe(parser)
-    parser.add_argument("--json", action="store_true", help="print the measures as JSON")
+    numerics.add_argument("--ranks", type=whole_number, default=ranks, metavar="R", help=text)
+    add_oversubscribe(numerics)
+    output.add_argument("--json", action="store_true", help="print the measures as JSON")
 
 
 def action(arguments: argparse.Namespace) -> int:
@@ -55,7 +58,7 @@ def action(arguments: argparse.Namespace) -> int:
     return finish(directory, arguments, resume=False)
 
 
-def add_oversubscribe(parser: argparse.ArgumentParser) -> None:
+def add_oversubscribe(parser: Any) -> None:
     """What commands that start ranks on this machine share."""
     parser.add_argument("--oversubscribe", action="store_true", help="allow more ranks than this machine has cores")
 
@@ -75,4 +78,8 @@ def finish(
         return 130
     measures = stored_measures(directory)
     print(json.dumps(measures, indent=1) if arguments.json else summary(measures, directory))
-    return 0
+    if directory.equilibrium() is not False:
+        return 0
+    words = f"'wf resume {shlex.quote(str(directory.path))} --max-time T' gives each stage more"
+    print(f"wf: not in equilibrium: the time of a stage was over; {words}", file=sys.stderr)
+    return NOT_IN_EQUILIBRIUM

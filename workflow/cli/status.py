@@ -7,12 +7,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from workflow.campaign.status import in_words, study_standing
+from workflow.campaign.status import in_words as study_in_words
+from workflow.campaign.status import study_standing
 from workflow.campaign.study import POINTS
 from workflow.cli.options import command
 from workflow.errors import ArchiveError, InputError
 from workflow.runs.directory import RunDirectory
-from workflow.runs.standing import standing
+from workflow.runs.standing import NUMBERS, in_words, standing
 
 EXAMPLES = """
 wf status                    every run below runs/
@@ -43,9 +44,9 @@ def action(arguments: argparse.Namespace) -> int:
         width = max(len(row["directory"]) for row in rows)
         for row in rows:
             if "counts" in row:
-                print(in_words(row))
+                print(study_in_words(row))
             else:
-                print(f"{row['directory']:{width}s}  {row['status']:11s}  {row['progress'] or ''}{row['reason'] or ''}")
+                print(f"{row['directory']:{width}s}  {in_words(row):11s}  {row['line'] or ''}{row['reason'] or ''}")
     return 0
 
 
@@ -63,4 +64,5 @@ def _row(path: Path) -> dict[str, Any]:
     try:
         return standing(directory)
     except ArchiveError as fault:
-        return {"directory": str(path), "status": "damaged", "progress": None, "reason": str(fault), "seconds": None}
+        empty = dict.fromkeys((*NUMBERS, "equilibrium", "seconds"))
+        return {"directory": str(path), "status": "damaged", **empty, "reason": str(fault)}

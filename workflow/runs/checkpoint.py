@@ -203,3 +203,23 @@ def drop_later(folder: Path, chosen: Checkpoint | None) -> None:
         if beyond or not _complete(path) or _contradicted(path):
             path.unlink()
             _seal(path).unlink(missing_ok=True)
+
+
+def drop_beyond(folder: Path, stage: int, step: int) -> None:
+    """Remove checkpoints of later stages, and of ``stage`` beyond ``step``: the course ends there."""
+    for path in _files(folder):
+        if _stage(path) > stage or (step_of(path) or 0) > step:
+            path.unlink()
+            _seal(path).unlink(missing_ok=True)
+    for path in folder.glob("checkpoint.*.end"):
+        path.unlink()
+
+
+def reseal(folder: Path, names: list[str]) -> None:
+    """Let the seals say what the notes ``names`` hold now."""
+    for path in _files(folder):
+        entry = seal_of(path)
+        changed = {name: extent(folder / name) for name in names if name in entry.get("parts", {})}
+        if changed:
+            with atomic_write(_seal(path)) as draft:
+                draft.write_text(json.dumps({**entry, "parts": entry["parts"] | changed}) + "\n", encoding="ascii")

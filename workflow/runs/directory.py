@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -227,6 +228,12 @@ class RunDirectory:
         except ValueError:  # the line was cut off
             return {}
 
+    def equilibrium(self) -> bool | None:
+        """Whether the run, finished, ended in equilibrium; None before its end, and of a scene that does not end so."""
+        if self.state["status"] != FINISHED or not self.scene.ends_in_equilibrium:
+            return None
+        return bool(self.result().get("equilibrated"))
+
 
 def misfit(state: Any) -> str | None:
     """What is wrong with the record of a run, None if nothing is."""
@@ -269,3 +276,11 @@ def default_directory(scene: Scene) -> Path:
 def timestamp() -> str:
     """Now, UTC, ISO 8601."""
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+
+
+def seconds_since(stamp: str | None) -> float:
+    """Seconds since a `timestamp`, 0 for what is none."""
+    try:
+        return max((datetime.now(UTC) - datetime.fromisoformat(stamp or "")).total_seconds(), 0.0)
+    except ValueError:
+        return 0.0

@@ -120,6 +120,9 @@ def _start(directory: RunDirectory, resume: bool, out: TextIO, *, anew: bool = F
         (directory / "stop").unlink(missing_ok=True)
         return {}
     if directory.state["status"] == FINISHED:
+        if directory.equilibrium() is False:
+            raise InputError(f"the run in '{directory.path}' is finished, not in equilibrium; extend it with "
+                             f"'wf resume {shlex.quote(str(directory.path))} --max-time T'")  # fmt: skip
         raise InputError(f"the run in '{directory.path}' is finished; there is nothing to resume (see 'wf measure')")
     try:
         start = start_of(directory.path)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -26,6 +26,7 @@ import numpy as np
 from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.data.frame import Floats
+from workflow.scene.parameter import quantity_of
 from workflow.scene.parts import Readings
 from workflow.scene.time_step import Step
 
@@ -44,7 +45,8 @@ class Scene(Readings):
 
     ``name`` on the command line and in files, ``title`` in words; ``template``: the deck, relative to lammps_inputs/, None
     for that of this name; ``stages``: names of the deck's stages by number; ``kind`` and ``figures`` as in the module's
-    text; ``stream``: first word of the seeds of its random streams, None for its name.
+    text; ``ends_in_equilibrium``: its last stage waits for that; ``stream``: first word of the seeds of its random streams,
+    None for its name.
 
     To be given: `size`, `step_choice`, `discs` and `variables`.  The rest has a default.
     """
@@ -55,6 +57,7 @@ class Scene(Readings):
     template: ClassVar[Path | None] = None
     stages: ClassVar[dict[int, str]] = {}
     figures: ClassVar[tuple[str, ...]] = ()
+    ends_in_equilibrium: ClassVar[bool] = False
     stream: ClassVar[str | None] = None
 
     # ---- what is run
@@ -143,13 +146,33 @@ class Scene(Readings):
         """What this scene does not use and therefore does not pay for."""
         return []
 
+    def without_effect(self) -> dict[str, str]:
+        """Parameters that change nothing in this scene, as its other ones stand: name -> why."""
+        return {}
+
     def notes(self) -> list[str]:
         """Sentences before a run: the step and its reason, what is unusual, what is left out."""
         choice, out = self.step_choice, self.left_out()
-        step = f"step {choice.step:.3g} T0: {choice.reason}"
+        unit = next((quantity_of(item).unit for item in fields(self) if item.name == "step"), "T0")
+        step = f"step {choice.step:.3g} {unit}: {choice.reason}"
         return [step, *self.warnings(), *([f"left out, not paid for: {', '.join(out)}"] if out else [])]
 
-    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
-        """One line while it runs: stage, time and what the time series tells; ``seconds`` it took so far, None: unknown."""
-        last = {name: float(values[-1]) for name, values in series.items()}
-        return f"{self.stages.get(int(last['stage']), '?'):9s} t {last['time']:8.2f}"
+    def state_line(self, series: Mapping[str, Floats]) -> str:
+        """What the last row of the time series tells beside stage and time, in words."""
+        return ""
+
+    def time_left(self, rows: Mapping[str, Floats], stage: str) -> float | None:
+        """Time that the stage still takes, in the unit of the scene, from its ``rows`` of the time series; None: unknown."""
+        return None
+
+    def cost_left(self, rows: Mapping[str, Floats]) -> float:
+        """Cost of a step in what is left of the stage on the mean, over that of a step now."""
+        return 1.0
+
+    def progress_line(self, series: Mapping[str, Floats], left: str | None = None) -> str:
+        """One line while it runs: stage i of n, time, what is ``left`` of the stage in words, `state_line`."""
+        number = int(series["stage"][-1])
+        place = f"{list(self.stages).index(number) + 1}/{len(self.stages)}" if number in self.stages else "?"
+        parts = [f"{self.stages.get(number, '?')} {place}", f"t {series['time'][-1]:.2f}", f"left {left}" if left else "",
+                 self.state_line(series)]  # fmt: skip
+        return "  ".join(filter(None, parts))

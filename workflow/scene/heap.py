@@ -18,9 +18,11 @@ from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.parameter import parameter
-from workflow.scene.progress import of_heap
+from workflow.scene.parts import idle
+from workflow.scene.progress import heap_left, of_heap
 from workflow.scene.time_step import Step
 
+CLOCK = "sqrt(sigma/g)"  # unit of time
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
 LAW = "common/law_continuous.in"  # of lammps_inputs/, or beside the template
 MARGIN = 12.0  # free width beyond each end of the base
@@ -39,27 +41,55 @@ class Heap(Scene):
     kind: ClassVar[str] = "heap"
     stages: ClassVar[dict[int, str]] = {1: "pour"}
     figures: ClassVar[tuple[str, ...]] = ("heap",)
+    ends_in_equilibrium: ClassVar[bool] = True
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
-    grains: int = parameter(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
+    grains: int = parameter(
+        1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1", group="grains", option="n"
+    )
     index: float = parameter(
-        36.0, float, "index n of the force (sigma/r)^(n+1)", symbol="n", low=4.0, high=1000.0, source="B97 sec. II"
+        36.0,
+        float,
+        "index n of the force (sigma/r)^(n+1)",
+        symbol="n",
+        low=4.0,
+        high=1000.0,
+        source="B97 sec. II",
+        group="contact law",
     )
     cutoff: float = parameter(
-        1.2, float, "range r0 of the force", symbol="r0", unit="sigma", low=1.0, high=2.0, source="B97: 1.047 for n = 144"
+        1.2,
+        float,
+        "range r0 of the force",
+        symbol="r0",
+        unit="sigma",
+        low=1.0,
+        high=2.0,
+        source="B97: 1.047 for n = 144",
+        group="contact law",
     )
     hooke: float = parameter(
         0.0, float, "stiffness k of Hooke's law in place of the continuous one, 0: none", symbol="k", unit="mg/sigma",
-        low=0.0, high=1e8, source="B97 eq. 14: 500",
+        low=0.0, high=1e8, source="B97 eq. 14: 500", group="contact law",
     )  # fmt: skip
-    mu: float = parameter(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6")
-    alpha: float = parameter(1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97")
-    damping: float = parameter(0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8")
+    mu: float = parameter(
+        0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6", group="contact law"
+    )
+    alpha: float = parameter(
+        1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97", group="contact law"
+    )
+    damping: float = parameter(
+        0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8", group="contact law"
+    )
     printed_rotation: bool = parameter(
-        False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13"
+        False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13", group="contact law"
     )
     printed_damping: bool = parameter(
-        False, bool, "tangential damping of the centres' motion alone, as eq. 4 is printed", source="B97 eq. 4"
+        False,
+        bool,
+        "tangential damping of the centres' motion alone, as eq. 4 is printed",
+        source="B97 eq. 4",
+        group="contact law",
     )
     polydispersity: float = parameter(
         0.0,
@@ -69,6 +99,7 @@ class Heap(Scene):
         low=0.0,
         high=0.5,
         source="B97: 0, 0.05, 0.1",
+        group="grains",
     )
     base: str = parameter("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
     spacing: float = parameter(
@@ -82,35 +113,57 @@ class Heap(Scene):
     feed_rate: float = parameter(0.62, float, "grains per time unit", above=0.0, high=10.0, source="B97 fig. 2")
     feed_half_width: float = parameter(3.0, float, "grains start this near the middle", unit="sigma", low=0.0, high=1e3)
     drop_height: float = parameter(100.0, float, "height of the feed above the base", unit="sigma", low=3.0, high=1e4)
-    seed: int = parameter(1, int, "seed of places and sizes", low=0, high=2**63 - 1)
+    seed: int = parameter(1, int, "seed of places and sizes", low=0, high=2**63 - 1, group="grains")
     force_tolerance: float = parameter(1e-4, float, "largest net force and moment at rest", unit="mg", above=0.0, high=1.0)
     energy_tolerance: float = parameter(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
-    hold: float = parameter(2.0, float, "time that rest must last", unit="T0", low=0.0, high=1e6)
+    hold: float = parameter(2.0, float, "time that rest must last", unit=CLOCK, low=0.0, high=1e6)
     max_time: float | None = parameter(
         None,
         float,
         "longest time, default that of the feed and 500 more",
-        unit="T0",
+        unit=CLOCK,
         above=0.0,
         high=1e9,
         automatic=True,
     )
     step: float | None = parameter(
-        None, float, "time step, default from the hardest impact", unit="T0", low=1e-9, high=1.0, automatic=True
+        None,
+        float,
+        "time step, default from the hardest impact",
+        unit=CLOCK,
+        low=1e-9,
+        high=1.0,
+        automatic=True,
+        group="numerics",
     )
-    steps_per_period: float = parameter(14.0, float, "steps per stiffest period", low=4.0, high=1e4)
+    steps_per_period: float = parameter(14.0, float, "steps per stiffest period", low=4.0, high=1e4, group="numerics")
     skin: float | None = parameter(
-        None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True
+        None,
+        float,
+        "neighbour skin, default r0 - sigma + 0.3",
+        unit="sigma",
+        above=0.0,
+        high=2.0,
+        automatic=True,
+        group="numerics",
     )
     scheme: str = parameter(
         "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
-        choices=("second", "paper"), source="B97 eqs. 9-12",
+        choices=("second", "paper"), source="B97 eqs. 9-12", group="numerics",
     )  # fmt: skip
-    account: bool = parameter(True, bool, "energy account (what viscosity and sliding dissipate)")
-    frame_interval: float = parameter(50.0, float, "time between frames, 0: first and last only", unit="T0", low=0.0, high=1e9)
-    track_interval: float = parameter(2.0, float, "time between records of all positions", unit="T0", above=0.0, high=1e9)
-    series_interval: float = parameter(1.0, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
-    checkpoint_interval: float = parameter(100.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
+    account: bool = parameter(True, bool, "energy account (what viscosity and sliding dissipate)", group="numerics")
+    frame_interval: float = parameter(
+        50.0, float, "time between frames, 0: first and last only", unit=CLOCK, low=0.0, high=1e9, group="output"
+    )
+    track_interval: float = parameter(
+        2.0, float, "time between records of all positions", unit=CLOCK, above=0.0, high=1e9, group="output"
+    )
+    series_interval: float = parameter(
+        1.0, float, "time between rows of the time series", unit=CLOCK, above=0.0, high=1e9, group="output"
+    )
+    checkpoint_interval: float = parameter(
+        100.0, float, "time between checkpoints", unit=CLOCK, above=0.0, high=1e9, group="output"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -308,10 +361,28 @@ class Heap(Scene):
             "track_every": every(self.track_interval), "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
 
-    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
-        """Time, grains poured and gone, height; time left until the feed ends."""
-        return of_heap(series, self.grains, FLOOR, seconds)
+    def state_line(self, series: Mapping[str, Floats]) -> str:
+        """Grains poured and gone, height, unbalanced force."""
+        return of_heap(series, self.grains, FLOOR)
+
+    def time_left(self, rows: Mapping[str, Floats], stage: str) -> float | None:
+        """Until the feed ends and the heap is at rest; None: unknown."""
+        return heap_left(rows, self)
+
+    def cost_left(self, rows: Mapping[str, Floats]) -> float:
+        """A step costs what its grains cost, and they become more while they are poured."""
+        return 0.5 * (1.0 + self.grains / max(float(rows["poured"][-1]), 1.0))
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""
         return [what for what, out in {"friction": self.mu == 0, "energy account": not self.account}.items() if out]
+
+    def without_effect(self) -> dict[str, str]:
+        """Parameters that change nothing in this scene, as its other ones stand: name -> why."""
+        return idle(
+            ("Hooke's law takes the place of the continuous one", self.hooke > 0.0, "index cutoff"),
+            ("mu is 0", self.mu == 0.0, "alpha"),
+            ("the heap starts as a pyramid", self.start == "pyramid", "feed_rate feed_half_width drop_height"),
+            ("a flat base has no discs", self.base == "flat" and self.start == "pour", "spacing"),
+            ("the step is given", self.step is not None, "steps_per_period"),
+        )

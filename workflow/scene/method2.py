@@ -13,6 +13,7 @@ from workflow.data.discs import Discs
 from workflow.errors import InputError
 from workflow.scene.packing import Packing
 from workflow.scene.parameter import parameter
+from workflow.scene.parts import idle
 from workflow.scene.placement import VELOCITIES, gaussian
 from workflow.scene.time_step import Step, choose_step
 
@@ -47,12 +48,12 @@ class Method2(Packing):
     )  # fmt: skip
     v0: float = parameter(
         9.48, float, "initial velocities (see velocities) in units of V* = sqrt(F0 D0/m)", symbol="V0", unit="V*",
-        low=0.0, high=1e4, source="G07 sec. III B, table VI: 0.095 to 95",
+        low=0.0, high=1e4, group="grains", source="G07 sec. III B, table VI: 0.095 to 95",
     )  # fmt: skip
     velocities: str = parameter(
         None, str, "what V0 says of the initial velocities: rms of grains of equal temperature, of the same Gaussian for every "
         "mass, of a disc of mass 1 at equal temperature, or sqrt(2 x mean energy/m(a)) of the same Gaussian",
-        choices=VELOCITIES, automatic=True, source="G07 sec. III B",
+        choices=VELOCITIES, automatic=True, source="G07 sec. III B", group="grains",
     )  # fmt: skip
     phi0: float = parameter(
         None, float, "initial solid fraction, default that of the series", symbol="Phi_I", low=1e-3, high=0.6,
@@ -64,7 +65,7 @@ class Method2(Packing):
     )  # fmt: skip
     soft_kappa: float = parameter(
         None, float, "stiffness K_N a/F0 until the cell is free, default that of the series, or kappa", symbol="kappa",
-        low=10.0, high=1e8, automatic=True, source="G07 sec. III B 2",
+        low=10.0, high=1e8, automatic=True, source="G07 sec. III B 2", group="contact law",
     )  # fmt: skip
     stiffening: float = parameter(
         100.0, float, "time in which the stiffness grows from soft_kappa to kappa", unit="T0", low=0.0, high=1e9
@@ -182,3 +183,8 @@ class Method2(Packing):
             "stiffness_ramp_time": self.stiffening, "unchanged_time": self.quiet,
             "gas_step": self.step_of("aggregate").step, "soft_step": self.step_of("relax").step,
         }  # fmt: skip
+
+    def without_effect(self) -> dict[str, str]:
+        """As of every packing; and the time of a ramp without one, and velocities of grains that start at rest."""
+        ramp = ("soft_kappa is kappa: the stiffness does not grow", self.soft_kappa == self.kappa, "stiffening")
+        return super().without_effect() | idle(ramp, ("V0 is 0: the grains start at rest", self.v0 == 0.0, "velocities"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,9 +17,10 @@ def scene_named(name: str, given: Mapping[str, Any]) -> Scene:
     if name in SCENES:
         return scene_from({"scene": name, **given})
     if not (name.endswith(".toml") or os.path.exists(name)):
-        raise InputError(
-            f"'{name}' is neither a scene nor a file; scenes are: {', '.join(sorted(SCENES))}; or give the path of a TOML file"
-        )
+        near = difflib.get_close_matches(name, SCENES, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        known = ", ".join(sorted(SCENES))
+        raise InputError(f"'{name}' is neither a scene nor a file; {hint}scenes are: {known}; or give the path of a TOML file")
     stated = read_toml(Path(name))
     if "as_printed" in given:  # a file states the readings that it was run with
         of = SCENES.get(stated.get("scene", ""))

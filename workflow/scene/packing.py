@@ -14,9 +14,9 @@ from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.fluid import fluid
-from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
+from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, idle
 from workflow.scene.placement import diameters, place_randomly
-from workflow.scene.progress import of_packing
+from workflow.scene.progress import of_packing, packing_left
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
@@ -36,6 +36,7 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
 
     kind: ClassVar[str] = "packing"
     figures: ClassVar[tuple[str, ...]] = ("network", "history")
+    ends_in_equilibrium: ClassVar[bool] = True
     stream: ClassVar[str | None] = "method1"  # every method starts from the same gas
     settling: ClassVar[tuple[str, ...]] = ()
     relaxations: ClassVar[tuple[tuple[str, str], ...]] = ()
@@ -253,9 +254,13 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
             return []
         return [f"the compression alone takes about {self.compression_time:.0f} T0: raise --max-time"]
 
-    def progress_line(self, series: Mapping[str, Floats], seconds: float | None) -> str:
-        """Stage, time, solid fraction, pressure, unbalanced force, time left."""
-        return of_packing(series, self, seconds)
+    def state_line(self, series: Mapping[str, Floats]) -> str:
+        """Solid fraction, coordination number, pressure, unbalanced force, aggregates."""
+        return of_packing(series, self.cohesion)
+
+    def time_left(self, rows: Mapping[str, Floats], stage: str) -> float | None:
+        """By the physics of the stage; None: unknown."""
+        return packing_left(rows, self, stage)
 
     def left_out(self) -> list[str]:
         """What this scene does not use and therefore does not pay for."""
@@ -269,3 +274,15 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
             "energy account": not self.account,
         }
         return [what for what, out in unused.items() if out]
+
+    def without_effect(self) -> dict[str, str]:
+        """Parameters that change nothing in this scene, as its other ones stand: name -> why."""
+        return idle(
+            ("without cohesion there is no attraction, and P = 1 is the unit", not self.cohesion, "pstar d0"),
+            ("rolling resistance is off (--rolling)", not self.rolling, "mur kr_ratio"),
+            ("the barostat is not berendsen", self.barostat != "berendsen", "berendsen_rate"),
+            ("the barostat has no inertia", self.barostat == "berendsen",
+             "cell cell_mass rate_cap wall_cap convention"),
+            ("mu is 0", self.mu == 0.0, "kt_ratio"),
+            ("the step is given", self.step is not None, "steps_per_period"),
+        )  # fmt: skip

@@ -10,9 +10,11 @@ import math
 import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from workflow.errors import InputError
+
+GROUPS = ("grains", "contact law", "protocol", "numerics", "output")  # of parameters, in the order of the help
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class Quantity:
     """What is known of one parameter beyond its name and default.
 
     ``low``, ``high``: closed range of allowed values; ``above``: a bound that must be exceeded.  ``choices`` instead of a
-    range for words.  ``automatic``: None is allowed and stands for a value derived from the rest.
+    range for words.  ``automatic``: None is allowed and stands for a value derived from the rest.  ``group``: that of GROUPS in
+    the help, "" for that of the class that declares it.  ``option``: another name of it, the first on the command line.
     """
 
     kind: type
@@ -33,6 +36,8 @@ class Quantity:
     above: float = -math.inf
     choices: tuple[str, ...] = ()
     automatic: bool = False
+    group: str = ""
+    option: str = ""
 
     @property
     def allowed(self) -> str:
@@ -102,7 +107,9 @@ def unknown_name(name: str, known: Iterable[str], what: str) -> InputError:
 
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
-    """Base of every scene: a frozen set of quantities, checked on creation."""
+    """Base of every scene: a frozen set of quantities, checked on creation.  ``GROUP``: that of its parameters in the help."""
+
+    GROUP: ClassVar[str] = "protocol"
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -110,12 +117,22 @@ class Parameters:
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Parameters:
-        """A scene from names and values; unknown names are errors."""
+        """A scene from names and values; unknown names, and one that is there under two names, are errors."""
         known = {item.name for item in fields(cls)}
+        named = {quantity_of(item).option: item.name for item in fields(cls)}
         for name in values:
-            if name not in known:
+            if name not in known and name not in named:
                 raise unknown_name(name, known, "parameter")
-        return cls(**values)
+            if name in named and named[name] in values:
+                raise InputError(f"'{name}' and '{named[name]}' are one parameter; keep one")
+        return cls(**{named.get(name, name): value for name, value in values.items()})
+
+    @classmethod
+    def group_of(cls, name: str) -> str:
+        """Which of GROUPS a parameter is in: its own, or that of the class that declares it first."""
+        item = next(item for item in fields(cls) if item.name == name)
+        declaring = next(base for base in reversed(cls.__mro__) if name in vars(base).get("__annotations__", {}))
+        return quantity_of(item).group or declaring.GROUP  # type: ignore[attr-defined]
 
     def as_mapping(self) -> dict[str, Any]:
         """Names and values, automatic ones left out."""

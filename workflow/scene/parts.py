@@ -13,6 +13,12 @@ from typing import Any, ClassVar
 from workflow.data.contact_law import ContactLaw
 from workflow.scene.parameter import Parameters, parameter
 
+
+def idle(*rules: tuple[str, bool, str]) -> dict[str, str]:
+    """Names that have no effect -> why: the names, separated by blanks, of every rule (why, whether it applies, names)."""
+    return {name: why for why, applies, names in rules if applies for name in names.split()}
+
+
 LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 
 
@@ -46,6 +52,8 @@ class Readings(Parameters):
 class Grains(Parameters):
     """How many discs, of what sizes, and where they start."""
 
+    GROUP: ClassVar[str] = "grains"
+
     n: int = parameter(1400, int, "number of grains", symbol="N", low=1, high=1e9, source="G07 sec. III A")
     phi0: float = parameter(0.36, float, "initial solid fraction", symbol="Phi_I", low=1e-3, high=0.6, source="G07 table II")
     smallest: float = parameter(
@@ -64,6 +72,8 @@ class Grains(Parameters):
 @dataclass(frozen=True, kw_only=True)
 class Material(Parameters):
     """The law's dimensionless numbers (G07 table I)."""
+
+    GROUP: ClassVar[str] = "contact law"
 
     mu: float = parameter(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="G07 table I: 0.15, 0.5")
     rolling: bool = parameter(False, bool, "rolling resistance", source="G07 eq. 10")
@@ -102,7 +112,7 @@ class Cell(Parameters):
     """Stress control of the periodic cell (G07 eq. 3)."""
 
     pstar: float = parameter(
-        0.01, float, "reduced pressure P* = P a/F0 (ignored without cohesion, where P = 1)", symbol="P*", unit="F0/a",
+        0.01, float, "reduced pressure P* = P a/F0 (without cohesion P is 1)", symbol="P*", unit="F0/a",
         above=0.0, high=100.0, source="G07 eq. 12",
     )  # fmt: skip
     barostat: str = parameter(
@@ -167,6 +177,8 @@ class Equilibrium(Parameters):
 class Numerics(Parameters):
     """Step, neighbour list, energy account and output."""
 
+    GROUP: ClassVar[str] = "numerics"
+
     step: float | None = parameter(
         None, float, "time step, default from the stiffest period and the tail", unit="T0", low=1e-9, high=1.0, automatic=True
     )
@@ -181,7 +193,11 @@ class Numerics(Parameters):
     )  # fmt: skip
     account: bool = parameter(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
     frame_interval: float = parameter(
-        0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0, high=1e9
+        0.0, float, "time between frames, 0: at the ends of stages only", unit="T0", low=0.0, high=1e9, group="output"
     )
-    series_interval: float = parameter(0.2, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9)
-    checkpoint_interval: float = parameter(5.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9)
+    series_interval: float = parameter(
+        0.2, float, "time between rows of the time series", unit="T0", above=0.0, high=1e9, group="output"
+    )
+    checkpoint_interval: float = parameter(
+        5.0, float, "time between checkpoints", unit="T0", above=0.0, high=1e9, group="output"
+    )

@@ -39,6 +39,7 @@ class FreeCooling(Packing):
     title: ClassVar[str] = "granular gas that cools by its collisions"
     template: ClassVar[Path] = Path(__file__).with_name("free_cooling.in")
     stages: ClassVar[dict[int, str]] = {1: "cool"}
+    ends_in_equilibrium: ClassVar[bool] = False  # it cools until its time is over
 
     # a new parameter, and other defaults for known ones; everything else is that of Packing
     v0: float = parameter(

@@ -100,8 +100,8 @@ class Silo(Scene, Numerics, Material):
             "checkpoint_every": every(self.checkpoint_interval),
         }  # fmt: skip
 
-    def progress_line(self, series: Mapping[str, Any], seconds: float | None) -> str:
-        return f"{super().progress_line(series, seconds)}  passed {series['passed'][-1]:.0f} of {self.n}"
+    def state_line(self, series: Mapping[str, Any]) -> str:
+        return f"passed {series['passed'][-1]:.0f} of {self.n}"
 
 
 # ---- its measure, of one frame

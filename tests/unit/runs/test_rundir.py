@@ -19,7 +19,7 @@ from workflow.runs.directory import RunDirectory, default_directory
 from workflow.runs.outputs import Parts
 from workflow.runs.resume_point import Start
 from workflow.scene.method1 import Method1
-from workflow.scene.progress import time_left
+from workflow.scene.progress import words
 
 SCENE = Method1(n=20, cohesion=False, hold=1.0)
 COLUMNS = ["step", "time", "stage", "solid_fraction", "stress_x", "stress_y", "net_force", "coordination"]
@@ -198,23 +198,24 @@ def test_a_series_cut_back_to_nothing_is_empty(run: RunDirectory) -> None:
     assert run.series() is None
 
 
-def test_time_left_of_an_exponential_decay(run: RunDirectory) -> None:
-    """force = exp(-t): from exp(-10) to the tolerance 1e-4 F1... = exp(-20) ten more time units, in a run of 10 in 100 s."""
+def settling(force: np.ndarray) -> dict[str, np.ndarray]:
+    """Rows of a settling stage, one per half time unit, whose net force is ``force``; nothing else is left to wait for."""
+    none = np.zeros(len(force))
+    return {"time": 0.5 * np.arange(len(force)), "step": np.arange(len(force)), "net_force": force, "net_moment": none,
+            "kinetic_per_grain": none, "held": none}  # fmt: skip
+
+
+def test_time_left_of_an_exponential_decay() -> None:
+    """force = exp(-t): at t = 15 it takes 5 more to the tolerance exp(-20) F1, and the time that it must hold."""
     scene = Method1(n=20, cohesion=False, hold=0.1, force_tolerance=float(np.exp(-20.0)))
-    write_series(run, np.exp(-0.5 * np.arange(21)))
-    series = run.series()
-    assert series is not None
-    assert time_left(series, scene, 100.0) == "~100 s"
-    assert time_left(series, scene, 1000.0) == "~17 min"
-    assert time_left(series, scene, 36_000.0) == "~10.0 h"
+    rows = settling(np.exp(-0.5 * np.arange(31)))
+    assert scene.time_left(rows, "settle") == pytest.approx(5.1)
+    assert [words(seconds) for seconds in (100.0, 1000.0, 36_000.0, None)] == ["~100 s", "~17 min", "~10.0 h", "unknown"]
 
 
-def test_no_guess_without_progress(run: RunDirectory) -> None:
-    write_series(run, np.exp(0.1 * np.arange(21)))
-    series = run.series()
-    assert series is not None
-    assert time_left(series, SCENE, 10.0) is None
-    assert time_left({name: values[:3] for name, values in series.items()}, SCENE, 10.0) is None
+@pytest.mark.parametrize("slope, rows", [(0.1, 31), (-0.5, 3), (-0.01, 31)], ids=["it grows", "few rows", "beyond the past"])
+def test_no_guess_without_grounds(slope: float, rows: int) -> None:
+    assert SCENE.time_left(settling(np.exp(slope * np.arange(rows))), "settle") is None
 
 
 class Terminal(io.StringIO):
@@ -240,8 +241,8 @@ def test_progress_shows_state_and_time_left(
     progress.show()
     progress.end()
     text = out.getvalue()
-    assert "t     1.00" in text
-    assert "t     4.00" in text
+    assert "t 1.00" in text
+    assert "t 4.00" in text
     assert "P         2" in text  # mean of 1 and 3
     if kind is Terminal:
         assert (text.count("\r"), text.count("\n")) == (2, 1)

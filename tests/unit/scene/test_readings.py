@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workflow.cli.options import add_scene, scene_of
+from workflow.cli.parser import Parser
+from workflow.cli.scenes import add_scene, scene_of
 from workflow.errors import InputError
 from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
@@ -157,7 +157,7 @@ def test_unknown_readings_are_named(name: str) -> None:
 def test_as_printed_on_top_of_a_file_replaces_the_readings_that_it_states(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(to_toml(Method2(n=100, mu=0.3, seed=7)))
-    parser = argparse.ArgumentParser()
+    parser = Parser()
     add_scene(parser)
     assert scene_of(parser.parse_args([str(file), "--as-printed"])) == Method2(n=100, mu=0.3, seed=7, as_printed=True)
     other = scene_of(parser.parse_args([str(file), "--as-printed", "--cell", "lengths"]))

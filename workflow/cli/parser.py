@@ -1,0 +1,81 @@
+"""The parser of every command: whole option names only, a suggestion for a misspelt one, one sentence for what is wrong."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import re
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+from workflow.errors import InputError
+
+REWORDED = (  # what argparse says, and what is said here
+    (r"argument ([^:]+): invalid (.+) value: '(.*)'", r"\1 '\3' is not allowed: it must be a \2"),
+    (r"argument ([^:]+): expected (?:one argument|at least one argument)", r"\1 needs a value"),
+    (r"argument ([^:]+): expected (\d+) arguments", r"\1 needs \2 values"),
+    (r"argument ([^:]+): ignored explicit argument '(.*)'", r"\1 takes no value, found '\2'"),
+    (r"the following arguments are required: (.*)", r"\1 is missing"),
+    (r"argument ([^:]+): (\S.* is not a whole number)", r"\1: \2"),
+)
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are InputError.
+
+    ``prepare`` is called once with the words of the command line before they are parsed, to add options that depend on them;
+    ``subject``: words of the command line that its help needs, such as a scene; ``elsewhere``: options that it has not, and
+    who has them.
+    """
+
+    prepare: Callable[[Sequence[str]], None] | None = None
+    subject: str = ""
+    elsewhere: dict[str, str]
+
+    def __init__(self, *args: Any, **known: Any) -> None:
+        super().__init__(*args, **known | {"allow_abbrev": False})
+        self.elsewhere = {}
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse; words that no option and no argument takes are an error here, where the options are known."""
+        words = list(args or [])
+        if self.prepare:
+            prepare, self.prepare = self.prepare, None
+            prepare(words)
+        found, rest = super().parse_known_args(words, namespace)
+        if rest:
+            option = next((word for word in rest if word.startswith("-") and word != "-"), None)
+            self.error(self._unknown(option.partition("=")[0]) if option else f"'{rest[0]}' is one word too many")
+        return found, []
+
+    def switches(self) -> set[str]:
+        """The options that take no value."""
+        return {flag for action in self._actions if action.nargs == 0 for flag in action.option_strings}
+
+    def error(self, message: str) -> NoReturn:
+        """Raise InputError with a sentence that ends in where the way out is shown."""
+        for theirs, ours in REWORDED:
+            message = re.sub(f"^{theirs}$", ours, message)
+        choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)", message)
+        if choice:
+            known = choice[3].replace("'", "").split(", ")
+            near = difflib.get_close_matches(choice[2], known, n=1, cutoff=0.5)
+            hint = f"did you mean {near[0]}? It must be" if near else "it must be"
+            message = f"{choice[1]} '{choice[2]}' is not known; {hint} one of {', '.join(known)}"
+        raise InputError(f"{message}; '{' '.join(filter(None, (self.prog, self.subject)))} --help' shows what is allowed")
+
+    def _unknown(self, option: str) -> str:
+        """Words on an option that this command has not, with the nearest that it has."""
+        if option in self.elsewhere:
+            return f"{option} {self.elsewhere[option]}"
+        known = [flag for action in self._actions for flag in action.option_strings]
+        near = difflib.get_close_matches(option.replace("_", "-"), known, n=2, cutoff=0.6)
+        return f"unknown option {option}" + (f": did you mean {' or '.join(near)}?" if near else "")
+
+
+def number(text: str) -> float:
+    """A number of an option."""
+    return float(text)
+
+
+number.__name__ = "number"

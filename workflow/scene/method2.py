@@ -84,7 +84,7 @@ class Method2(Packing):
     )  # fmt: skip
 
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {
-        **Packing.READINGS, "rate_cap": (0.0, 0.05), "wall_cap": (0.05, 0.0), "velocities": ("temperature", "temperature"),
+        **Packing.READINGS, "rate_cap": (0.0, 0.05), "wall_cap": (0.05, 0.0), "velocities": ("unit_disc", "temperature"),
     }  # fmt: skip
 
     def __post_init__(self) -> None:

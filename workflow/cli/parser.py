@@ -48,6 +48,14 @@ class Parser(argparse.ArgumentParser):
             self.error(self._unknown(option.partition("=")[0]) if option else f"'{rest[0]}' is one word too many")
         return found, []
 
+    def arguments(self) -> list[argparse.Action]:
+        """The options and arguments so far."""
+        return list(self._actions)
+
+    def commands(self) -> list[Parser]:
+        """The parsers of its commands."""
+        return [one for action in self._actions if isinstance(action.choices, dict) for one in action.choices.values()]
+
     def switches(self) -> set[str]:
         """The options that take no value."""
         return {flag for action in self._actions if action.nargs == 0 for flag in action.option_strings}

@@ -14,6 +14,7 @@ from workflow.cli.lists import add_list, whole_number
 from workflow.cli.parser import number
 from workflow.errors import InputError
 from workflow.pipeline.sources import Dumps, Run, Source
+from workflow.runs.directory import RunDirectory
 
 
 def add_sources(parser: argparse.ArgumentParser, *, measured: bool = True) -> None:
@@ -90,4 +91,6 @@ def one_source(arguments: argparse.Namespace) -> Source:
     found = sources_of(arguments)
     if len(found) > 1:
         raise InputError(f"'{found[1].name}' is a second source; give one run directory, or dumps of one sample")
+    if isinstance(found[0], Run):
+        RunDirectory.open(found[0].path)  # before anything is written
     return found[0]

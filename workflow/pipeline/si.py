@@ -31,7 +31,7 @@ MEASURED = (
 
 def require_fit(scene: Scene, powder: Powder) -> None:
     """Raise InputError if the unit of force of the scene is not what the powder gives."""
-    needed = "gravity" if scene.kind == "heap" else "force" if scene.cohesive else "pressure"
+    needed = scene.force_set_by
     if powder.by != needed:
         raise InputError(f"forces of this {scene.name} are in units of {scene.units.force}: give --{needed} instead of "
                          f"--{powder.by}")  # fmt: skip

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.cli.options import command, command_line
+from workflow.cli.parser import number
 from workflow.data.files import writable_folder
 from workflow.errors import InputError
 from workflow.runs.installation import engine
@@ -28,7 +29,7 @@ def declare(commands: Any) -> None:
     parser = command(
         commands, "accuracy", "measure error against run time over steps, schemes and laws", EXAMPLES, action=action
     )
-    parser.add_argument("--error", type=float, default=1e-3, metavar="E", help="wanted error (default 1e-3)")
+    parser.add_argument("--error", type=number, default=1e-3, metavar="E", help="wanted error (default 1e-3)")
     parser.add_argument("--quick", action="store_true", help="fewer steps, grains and seeds")
     parser.add_argument("--out", type=Path, default=Path("accuracy"), metavar="DIR", help="where to write (default accuracy)")
     parser.add_argument("--json", action="store_true", help="print JSON")

@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.lists import grains, listed, one_of, positive
+from workflow.cli.lists import grains, listed, one_of, positive, whole_number
 from workflow.cli.options import command
 from workflow.cli.run import add_oversubscribe
 from workflow.data.table import write_csv
@@ -47,8 +47,10 @@ def declare(commands: Any) -> None:
     ):
         parser.add_argument(flag, nargs="+", action="extend", metavar=sign, help=text)
     add_oversubscribe(parser)
-    parser.add_argument("--rounds", type=int, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
-    parser.add_argument("--steps", type=int, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)")
+    parser.add_argument("--rounds", type=whole_number, default=5, metavar="R", help="rounds, engines taking turns (default 5)")
+    parser.add_argument(
+        "--steps", type=whole_number, metavar="K", help="timed steps (default: 1e7 grain-steps, at least 500 steps)"
+    )
     parser.add_argument("--switches", action="store_true", help="also the exact law with parts of it left out or added")
     parser.add_argument("--against", type=Path, metavar="PYTHON",
                         help="also the exact law of the installation that this Python has, taking turns")  # fmt: skip

@@ -7,13 +7,14 @@ import json
 import shutil
 import sys
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from workflow.cli.lists import listed, one_of
+from workflow.cli.lists import add_list, listed, one_of, positive, whole_number
 from workflow.cli.options import command
+from workflow.cli.parser import number
 from workflow.data.files import writable_folder
-from workflow.errors import InputError
 from workflow.runs.installation import engine
 from workflow.scene.method1 import Method1
 from workflow.verification.crosscheck import means, packings, prepare_packings
@@ -34,13 +35,13 @@ PARTS = ("few", "packings")
 def declare(commands: Any) -> None:
     """Options of `wf crosscheck`."""
     parser = command(commands, "crosscheck", "compare with LIGGGHTS and YADE on the same discs", EXAMPLES, action=action)
-    parser.add_argument("--n", type=int, default=400, metavar="N", help="grains of a packing (default 400)")
-    parser.add_argument("--seeds", default="1,2,3", metavar="S,...", help="seeds of the packings (default 1,2,3)")
-    parser.add_argument("--mu", type=float, default=0.5, metavar="mu", help="friction of the packings (default 0.5)")
-    parser.add_argument("--zeta", type=float, default=0.8, metavar="zeta", help="damping of the packings (default 0.8)")
-    parser.add_argument("--phi0", type=float, default=0.36, metavar="Phi_I", help="initial solid fraction (default 0.36)")
-    parser.add_argument("--engines", default=",".join(PEERS), metavar="E,...", help="programs (default %(default)s)")
-    parser.add_argument("--parts", default=",".join(PARTS), metavar="P,...", help="what to compare (default %(default)s)")
+    parser.add_argument("--n", type=whole_number, default=400, metavar="N", help="grains of a packing (default 400)")
+    add_list(parser, "--seeds", "S", "seeds of the packings (default 1,2,3)")
+    parser.add_argument("--mu", type=number, default=0.5, metavar="mu", help="friction of the packings (default 0.5)")
+    parser.add_argument("--zeta", type=number, default=0.8, metavar="zeta", help="damping of the packings (default 0.8)")
+    parser.add_argument("--phi0", type=number, default=0.36, metavar="Phi_I", help="initial solid fraction (default 0.36)")
+    add_list(parser, "--engines", "E", f"programs (default {','.join(PEERS)})")
+    add_list(parser, "--parts", "P", f"what to compare (default {','.join(PARTS)})")
     parser.add_argument("--deck-only", action="store_true", help="write decks and grains, run nothing")
     parser.add_argument(
         "--out", type=Path, default=Path("crosscheck"), metavar="DIR", help="where to write (default crosscheck)"
@@ -50,8 +51,8 @@ def declare(commands: Any) -> None:
 
 def action(arguments: argparse.Namespace) -> int:
     """Compare and print; 1 if no other program is installed."""
-    parts = listed("--parts", arguments.parts, one_of(PARTS))
-    chosen = listed("--engines", arguments.engines, one_of(PEERS))
+    parts = listed("--parts", arguments.parts or PARTS, one_of(PARTS))
+    chosen = listed("--engines", arguments.engines or list(PEERS), one_of(list(PEERS)))
     scenes = _scenes(arguments)
     writable_folder(arguments.out)
     if arguments.deck_only:
@@ -79,8 +80,6 @@ def action(arguments: argparse.Namespace) -> int:
 def _scenes(arguments: argparse.Namespace) -> list[Method1]:
     """The packings to make."""
     values = {name: getattr(arguments, name) for name in ("n", "mu", "zeta", "phi0")}
-    seeds = arguments.seeds.split(",")
-    if not all(seed.strip().isdigit() for seed in seeds):
-        raise InputError(f"--seeds '{arguments.seeds}' is not allowed: give whole numbers with commas, for example 1,2,3")
+    seeds = listed("--seeds", arguments.seeds or "1,2,3", partial(positive, least=0))
     # the decks of the other programs have the cell of eq. 3
-    return [Method1(cohesion=False, seed=seed, cell="strain", **values) for seed in dict.fromkeys(map(int, seeds))]
+    return [Method1(cohesion=False, seed=seed, cell="strain", **values) for seed in seeds]

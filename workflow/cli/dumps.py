@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from workflow.archive.columns import Reading
@@ -14,6 +16,11 @@ from workflow.errors import InputError
 from workflow.measures.registry import Settings
 from workflow.pipeline.dumps import frame_of_files, settings_of_dump
 
+# options that only dumps need, and what they are where they are not given
+OF_DUMPS: dict[str, Any] = {
+    "columns": [], "liggghts": None, "samples": False, "partial": False, "mu": None, "kn": 1.0, "kt": None, "kr": 0.0,
+    "f0": 0.0, "d0": None, "force_unit": None,
+}  # fmt: skip
 OPTIONS = ("window", "spacing")  # of the command line that are fields of Settings
 
 
@@ -27,13 +34,21 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return given
 
 
+def refuse_without_dumps(arguments: argparse.Namespace, dumps: Sequence[Path]) -> None:
+    """Raise InputError for options that say what only a dump leaves open, where every source is a run."""
+    for name, default in () if dumps else OF_DUMPS.items():
+        if getattr(arguments, name, default) != default:
+            option = "--" + name.replace("_", "-")
+            raise InputError(f"{option} is for dumps of other programs; a run knows its own: leave it out")
+
+
 def reading_of(arguments: argparse.Namespace) -> Reading:
     """What the user says of the dumps.  Raises InputError."""
     for name in ("mu", "kr", "f0"):
         value = getattr(arguments, name)
         if value is not None and not 0.0 <= value < math.inf:
             raise InputError(f"--{name} {value:g} is not allowed: it must be a number from 0 on")
-    words = None if arguments.liggghts is None else arguments.liggghts.replace(",", " ").split()
+    words = None if arguments.liggghts is None else ",".join(arguments.liggghts).replace(",", " ").split()
     return Reading(
         names=_names(arguments), liggghts=words, friction=arguments.mu, attraction=arguments.f0, rolling=arguments.kr > 0,
         complete=not arguments.partial,
@@ -56,9 +71,10 @@ def frame_of_dump(files: Files, arguments: argparse.Namespace) -> tuple[Frame, S
 
 def _names(arguments: argparse.Namespace) -> dict[str, str]:
     """--columns as {name used here: column}."""
-    pairs = [word.split("=", 1) for word in arguments.columns.split(",") if word]
+    given = ",".join(arguments.columns)
+    pairs = [word.split("=", 1) for word in given.split(",") if word]
     if any(len(pair) < 2 or not all(pair) for pair in pairs):
-        raise InputError(f"--columns {arguments.columns} is not allowed: write NAME=COLUMN,NAME=COLUMN")
+        raise InputError(f"--columns {given} is not allowed: write NAME=COLUMN,NAME=COLUMN")
     if len({name for name, _ in pairs}) < len(pairs):
-        raise InputError(f"--columns {arguments.columns} is not allowed: a name is given twice")
+        raise InputError(f"--columns {given} is not allowed: a name is given twice")
     return dict(pairs)

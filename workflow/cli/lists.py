@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from workflow.errors import InputError
 from workflow.scene.method1 import Method1
@@ -24,6 +24,11 @@ def whole_number(text: str) -> int:
 
 
 whole_number.__name__ = "whole number"
+
+
+def add_list(parser: Any, option: str, metavar: str, text: str) -> None:
+    """An option that is a list, [] if it is not given: words with commas, and the option once more for more."""
+    parser.add_argument(option, action="append", default=[], metavar=f"{metavar},...", help=text)
 
 
 def listed(option: str, given: str | Sequence[str], read: Callable[[str, str], Item]) -> list[Item]:
@@ -67,17 +72,22 @@ def one_of(names: Sequence[str]) -> Callable[[str, str], str]:
     return read
 
 
-def ranged(text: str | None, option: str) -> list[str] | None:
-    """The names in 2..5,7: whole numbers of a range, other words as they are."""
-    if text is None:
+def any_word(word: str, option: str) -> str:
+    """A reader of words that are judged elsewhere."""
+    return word
+
+
+def ranged(given: Sequence[str], option: str) -> list[str] | None:
+    """The names in 2..5,7: whole numbers of a range, other words as they are; None for none."""
+    if not given:
         return None
     names: list[str] = []
-    for part in text.split(","):
-        first, dots, last = part.strip().partition("..")
+    for part in listed(option, given, any_word):
+        first, dots, last = part.partition("..")
         if not dots:
             names.append(first)
         elif first.isdigit() and last.isdigit() and int(first) <= int(last) < 1000:
             names += [str(k) for k in range(int(first), int(last) + 1)]
         else:
-            raise InputError(f"{option} {text} is not allowed: write a number, a range as 2..5, or several with commas")
+            raise InputError(f"{option} {part} is not allowed: write a number, a range as 2..5, or several with commas")
     return names

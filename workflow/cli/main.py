@@ -18,17 +18,16 @@ DEBUG = "WORKFLOW_TRACEBACK"
 MEMORY = 600e6  # bytes of address space below which the libraries do not load, or wait for ever for threads they cannot start
 COMMANDS = (
     "run", "resume", "deck", "measure", "plot", "report", "export", "sweep", "reproduce", "status", "verify", "bench",
-    "scale", "crosscheck", "accuracy", "stability", "doctor", "schema", "archive",
+    "scale", "crosscheck", "accuracy", "stability", "doctor", "schema", "archive", "units", "completion",
 )  # fmt: skip
 
 
 def parser(chosen: str | None = None) -> Parser:
     """The whole command line, or that of one command: the modules of the others cost half a second to load."""
     top = Parser(
-        prog="wf",
-        description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
+        prog="wf", description="Cohesive discs and granular heaps on LAMMPS: scene -> deck -> run -> archive -> measures.",
         epilog="exit status: 0 ok, 1 failed, 2 misuse, 3 the run is not in equilibrium, 130 interrupted",
-    )
+    )  # fmt: skip
     top.add_argument("--version", action="version", version=f"wf {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in COMMANDS if chosen is None else (chosen,):

@@ -10,6 +10,7 @@ from typing import Any
 
 from workflow.archive.inspect import columns_of
 from workflow.cli.dumps import reading_of
+from workflow.cli.lists import add_list, any_word, listed
 from workflow.cli.options import add_any_deck, command
 from workflow.cli.sources import add_sources, sources_of
 from workflow.measures.registry import GROUPS, chosen_groups
@@ -37,7 +38,7 @@ def declare(commands: Any) -> None:
         action=action,
     )  # fmt: skip
     add_sources(parser)
-    parser.add_argument("--only", metavar="GROUPS", help="groups beside the standard numbers: names with commas, all, or none")
+    add_list(parser, "--only", "GROUPS", "groups beside the standard numbers: names with commas, all, or none")
     parser.add_argument("--stages", action="store_true", help="the last frame of every stage of one run, one row each")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument(
@@ -58,7 +59,7 @@ def action(arguments: argparse.Namespace) -> int:
     if arguments.columns_of is not None:
         print(columns_of(arguments.columns_of, reading_of(arguments)))
         return 0
-    named = arguments.only.split(",") if arguments.only is not None else None
+    named = listed("--only", arguments.only, any_word) if arguments.only else None
     asked = chosen_groups(named, 0) if named else []  # a misspelt name is said before anything is computed
     if arguments.any_deck:
         for path in filter(Path.is_dir, arguments.source):

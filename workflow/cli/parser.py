@@ -35,18 +35,33 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *args: Any, **known: Any) -> None:
         super().__init__(*args, **known | {"allow_abbrev": False})
         self.elsewhere = {}
+        self.words: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """Parse; words that no option and no argument takes are an error here, where the options are known."""
-        words = list(args or [])
+        self.words = words = list(args or [])
         if self.prepare:
             prepare, self.prepare = self.prepare, None
             prepare(words)
         found, rest = super().parse_known_args(words, namespace)
         if rest:
-            option = next((word for word in rest if word.startswith("-") and word != "-"), None)
-            self.error(self._unknown(option.partition("=")[0]) if option else f"'{rest[0]}' is one word too many")
+            option = self._misspelt(rest)
+            self.error(self._unknown(option) if option else f"'{rest[0]}' is one word too many")
         return found, []
+
+    def _misspelt(self, words: Sequence[str]) -> str | None:
+        """The first of ``words`` that looks like an option and is none."""
+        known = {flag for action in self._actions for flag in action.option_strings}
+        options = (word.partition("=")[0] for word in words if word.startswith("--") and word != "--")
+        return next((option for option in options if option not in known), None)
+
+    def arguments(self) -> list[argparse.Action]:
+        """The options and arguments so far."""
+        return list(self._actions)
+
+    def commands(self) -> list[Parser]:
+        """The parsers of its commands."""
+        return [one for action in self._actions if isinstance(action.choices, dict) for one in action.choices.values()]
 
     def switches(self) -> set[str]:
         """The options that take no value."""
@@ -54,6 +69,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError with a sentence that ends in where the way out is shown."""
+        option = self._misspelt(self.words) if "arguments are required" in message else None
+        message = self._unknown(option) if option else message
         for theirs, ours in REWORDED:
             message = re.sub(f"^{theirs}$", ours, message)
         choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)", message)

@@ -12,7 +12,7 @@ from typing import Any
 from workflow.campaign.carry_out import carry_out, plan, send
 from workflow.campaign.study import Study
 from workflow.cli.deck import job_of
-from workflow.cli.lists import ranged
+from workflow.cli.lists import add_list, any_word, listed, ranged, whole_number
 from workflow.cli.options import command, command_line
 from workflow.cli.sweep import add_jobs, ended, orders_of, print_path
 from workflow.cli.terminal import overwrite
@@ -43,12 +43,12 @@ def declare(commands: Any) -> None:
     """Options of `wf reproduce`."""
     parser = command(commands, "reproduce", "compute a paper's numbers and compare them one by one", EXAMPLES, action=action)
     parser.add_argument("paper", metavar="PAPER", help=f"one of: {', '.join(papers())}")
-    parser.add_argument("--table", metavar="T", help="tables: 2, or 2..5, or 2,5,text (default: everything)")
-    parser.add_argument("--figure", metavar="F", help="figures: 9, or 9b, or 9..12, or 9,23 (default: everything)")
+    add_list(parser, "--table", "T", "tables: 2, or 2..5, or 2,5,text (default: everything)")
+    add_list(parser, "--figure", "F", "figures: 9, or 9b, or 9..12, or 9,23 (default: everything)")
     parser.add_argument("--quick", action="store_true", help="few and small samples, in minutes; not the paper's size")
-    parser.add_argument("--readings", metavar="R", nargs="?", const="", help="readings of the procedure (default all, or names "
-                        "with commas) against the numbers that decide, instead of the scoreboard")  # fmt: skip
-    parser.add_argument("--samples", type=int, metavar="K", help="samples of each kind (default: the paper's number)")
+    parser.add_argument("--readings", metavar="R,...", nargs="?", const="", action="append", help="readings of the procedure "
+                        "(default all) against the numbers that decide, instead of the scoreboard")  # fmt: skip
+    parser.add_argument("--samples", type=whole_number, metavar="K", help="samples of each kind (default: the paper's number)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the study (default runs/PAPER, or runs/PAPER-quick)")
     add_jobs(parser)
     parser.add_argument("--pool", type=Path, action="append", default=[], metavar="SCOREBOARD.json",
@@ -107,7 +107,7 @@ def _readings(arguments: argparse.Namespace) -> tuple[Study, Callable[[], None]]
             raise InputError(f"--{option} is of the scoreboard: leave it out beside --readings")
     if arguments.quick:
         raise InputError("--quick is of the scoreboard: choose fewer readings, or --samples 1, beside --readings")
-    names = [name.strip() for name in arguments.readings.split(",")] if arguments.readings else None
+    names = listed("--readings", arguments.readings, any_word) if any(arguments.readings) else None
     of = read_readings(arguments.paper, chosen=names, samples=arguments.samples)
     points = points_of([number for one in of.readings for number in of.of(one)], [])
     study = Study(arguments.out or Path("runs") / f"{of.paper.name}-readings", points)

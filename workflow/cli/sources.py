@@ -9,9 +9,12 @@ from pathlib import Path
 
 from workflow.archive.columns import CONTACT_HELP, LIGGGHTS
 from workflow.archive.samples import Files, gathered
-from workflow.cli.dumps import frame_of_dump, options_of, reading_of
+from workflow.cli.dumps import frame_of_dump, options_of, reading_of, refuse_without_dumps
+from workflow.cli.lists import add_list, whole_number
+from workflow.cli.parser import number
 from workflow.errors import InputError
 from workflow.pipeline.sources import Dumps, Run, Source
+from workflow.runs.directory import RunDirectory
 
 
 def add_sources(parser: argparse.ArgumentParser, *, measured: bool = True) -> None:
@@ -21,32 +24,32 @@ def add_sources(parser: argparse.ArgumentParser, *, measured: bool = True) -> No
     """
     parser.add_argument("source", type=Path, nargs="*", metavar="DIR",
                         help="run directory, or LAMMPS dumps of grains, plain or compressed")  # fmt: skip
-    parser.add_argument("--frame", type=int, default=-1, metavar="K", help="frame, negative from the end (default -1)")
+    parser.add_argument("--frame", type=whole_number, default=-1, metavar="K", help="frame, negative from the end (default -1)")
     if measured:
-        parser.add_argument("--window", type=float, nargs=2, metavar=("KMIN", "KMAX"),
+        parser.add_argument("--window", type=number, nargs=2, metavar=("KMIN", "KMAX"),
                             help="range of k of the fractal fit [1/a] (default: 2 pi/L to pi/a)")  # fmt: skip
-        parser.add_argument("--spacing", type=float, metavar="S",
+        parser.add_argument("--spacing", type=number, metavar="S",
                             help="mesh of C(r) and of the grid holes [a] (default 0.01, coarser beyond 2e7 nodes)")  # fmt: skip
     group = parser.add_argument_group("dumps of other programs (docs/analysis.md)")
-    group.add_argument("--contacts", type=Path, nargs="+", default=[], metavar="FILE",
+    group.add_argument("--contacts", type=Path, nargs="+", action="extend", default=[], metavar="FILE",
                        help=f"dumps local of the contacts: {CONTACT_HELP}")  # fmt: skip
-    group.add_argument("--columns", default="", metavar="NAME=COLUMN,...", help="columns of the dumps by their names here")
-    group.add_argument("--liggghts", nargs="?", const="", metavar="KEYWORDS",
+    add_list(group, "--columns", "NAME=COLUMN", "columns of the dumps by their names here")
+    group.add_argument("--liggghts", nargs="?", const="", action="append", metavar="KEYWORDS",
                        help="the contacts are of LIGGGHTS' compute pair/gran/local with these keywords, separated by commas "
                        f"(none: its default): {', '.join(LIGGGHTS)}")  # fmt: skip
     group.add_argument("--samples", action="store_true", help="several dumps are different samples, not steps of one")
     group.add_argument("--partial", action="store_true",
                        help="discs that overlap and are not in the table of contacts are no contacts (clumps, "
                             "bonds)")  # fmt: skip
-    group.add_argument("--mu", type=float, help="friction coefficient; contacts without a flag slide where |T| reaches mu N")
+    group.add_argument("--mu", type=number, help="friction coefficient; contacts without a flag slide where |T| reaches mu N")
     if measured:
-        group.add_argument("--kn", type=float, default=1.0, help="normal stiffness K_N (default 1: moduli in units of it)")
-        group.add_argument("--kt", type=float, help="tangential stiffness K_T (default K_N)")
-    group.add_argument("--kr", type=float, default=0.0, help="rolling stiffness K_r; above 0: contacts resist rolling")
-    group.add_argument("--f0", type=float, default=0.0, help="attraction F0 (default 0)")
+        group.add_argument("--kn", type=number, default=1.0, help="normal stiffness K_N (default 1: moduli in units of it)")
+        group.add_argument("--kt", type=number, help="tangential stiffness K_T (default K_N)")
+    group.add_argument("--kr", type=number, default=0.0, help="rolling stiffness K_r; above 0: contacts resist rolling")
+    group.add_argument("--f0", type=number, default=0.0, help="attraction F0 (default 0)")
     if measured:
-        group.add_argument("--d0", type=float, help="its range D0")
-        group.add_argument("--force-unit", type=float, metavar="F1", help="unit of force (default F0, or the mean |N|)")
+        group.add_argument("--d0", type=number, help="its range D0")
+        group.add_argument("--force-unit", type=number, metavar="F1", help="unit of force (default F0, or the mean |N|)")
 
 
 def sources_of(arguments: argparse.Namespace) -> list[Source]:
@@ -60,6 +63,7 @@ def sources_of(arguments: argparse.Namespace) -> list[Source]:
     dumps = [path for path in paths if path.is_file()]
     if contacts and not dumps:
         raise InputError(f"--contacts {contacts[0]} goes with dumps of grains; the contacts of '{paths[0]}' are in it")
+    refuse_without_dumps(arguments, dumps)
     options = options_of(arguments) if hasattr(arguments, "window") else {}
     runs: list[Source] = [Run(path, arguments.frame, options) for path in paths if not path.is_file()]
     samples = gathered(dumps, contacts, reading_of(arguments), apart=arguments.samples)
@@ -87,4 +91,6 @@ def one_source(arguments: argparse.Namespace) -> Source:
     found = sources_of(arguments)
     if len(found) > 1:
         raise InputError(f"'{found[1].name}' is a second source; give one run directory, or dumps of one sample")
+    if isinstance(found[0], Run):
+        RunDirectory.open(found[0].path)  # before anything is written
     return found[0]

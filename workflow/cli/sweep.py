@@ -13,6 +13,7 @@ from workflow.campaign.results import RESULTS, write_results
 from workflow.campaign.study import Study
 from workflow.campaign.sweep import read_sweep
 from workflow.cli.deck import add_cluster, job_of
+from workflow.cli.lists import whole_number
 from workflow.cli.options import command
 from workflow.cli.run import add_oversubscribe
 
@@ -52,14 +53,14 @@ def declare(commands: Any) -> None:
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     """What every command that computes a study takes."""
-    parser.add_argument("--jobs", type=int, metavar="J", help="runs at a time (default 1; in a job array no limit)")
+    parser.add_argument("--jobs", type=whole_number, metavar="J", help="runs at a time (default 1; in a job array no limit)")
     parser.add_argument("--retry", action="store_true", help="run again what failed")
     parser.add_argument("--adopt", type=Path, action="append", default=[], metavar="DIR",
                         help="link finished runs of the same scenes found there (repeatable)")  # fmt: skip
     parser.add_argument("--any-deck", action="store_true",
                         help="adopt and continue also runs whose deck another version made of the scene")  # fmt: skip
     parser.add_argument("--dry-run", action="store_true", help="say what would be computed; write nothing")
-    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks of a run (default 1)")
+    parser.add_argument("--ranks", type=whole_number, metavar="R", help="MPI ranks of a run (default 1)")
     add_oversubscribe(parser)
     add_cluster(parser)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workflow.campaign.verify import summary, verify
+from workflow.cli.lists import whole_number
 from workflow.cli.options import add_any_deck, command
 from workflow.cli.run import add_oversubscribe, check_ranks
 from workflow.runs.directory import RunDirectory
@@ -25,7 +26,7 @@ def declare(commands: Any) -> None:
                      action=action)  # fmt: skip
     parser.add_argument("directory", type=Path, metavar="DIR", help="run directory")
     parser.add_argument("--last", action="store_true", help="only from the last checkpoint to the end")
-    parser.add_argument("--ranks", type=int, metavar="R", help="MPI ranks (default: those of the run)")
+    parser.add_argument("--ranks", type=whole_number, metavar="R", help="MPI ranks (default: those of the run)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     add_oversubscribe(parser)
     add_any_deck(parser)

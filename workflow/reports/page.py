@@ -52,6 +52,8 @@ def _article(number: int, sheet: ReportData, drawn: Sequence[dict[str, Any]], ev
     if other:
         figures = "".join(f"<div data-group>{_charts([k])}</div>" for k in other)
         sections.append(("distributions", "Distributions and profiles", f'<div class="charts">{figures}</div>'))
+    if sheet.si:
+        sections.append(("si", "In SI", table(("quantity", "SI"), [list(row) for row in sheet.si])))
     sections += [("errors", "Errors", _errors(sheet)), ("measures", "All measures", _measures(sheet)),
                  ("provenance", "Provenance", _provenance(sheet))]  # fmt: skip
     links = "".join(f'<a href="#r{number}-{key}">{name}</a>' for key, name, _ in sections)

@@ -25,7 +25,8 @@ class ReportData:
     ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``force_unit`` F1, below
     ``tolerance`` F1 there is no force; ``cohesive``: an attraction acts; ``length`` a.  ``units``: names of the units;
     ``view``: what is shown of its kind.  ``scene``: None for the dump of another program.  ``numbers``: all measures as
-    (name, text).  ``provenance``: (name, text); ``text``: the scene file.
+    (name, text).  ``provenance``: (name, text); ``text``: the scene file; ``si``: (name, text)
+    in SI.
     """
 
     name: str
@@ -46,6 +47,7 @@ class ReportData:
     numbers: Sequence[tuple[str, str]]
     provenance: Sequence[tuple[str, str]]
     text: str
+    si: Sequence[tuple[str, str]] = ()
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:

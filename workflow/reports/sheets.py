@@ -12,9 +12,11 @@ from typing import Any
 from workflow import __version__
 from workflow.archive.read import Archive
 from workflow.data.notes import tell
+from workflow.data.si import DIMENSIONS, Powder, in_words
 from workflow.errors import InputError, WorkflowError
 from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
+from workflow.pipeline.si import of_frame, of_measures, of_scene
 from workflow.pipeline.sources import Dumps, Run, Source, measures_of_dump
 from workflow.reports.page import write_report
 from workflow.reports.page_data import ReportData
@@ -25,8 +27,9 @@ from workflow.runs.standing import standing
 from workflow.scene.base import Units
 
 
-def write_page_of(given: Sequence[Source], out: Path, command: str) -> None:
-    """Write the page of ``given`` sources, of each run below those that are folders of runs; ``command``: what makes it.
+def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powder | None = None) -> None:
+    """Write the page of ``given`` sources, of each run below those that are folders of runs; ``command``: what makes it;
+    ``powder``: also in SI.
 
     Of several the page says why one has nothing to show.  Raises InputError.
     """
@@ -45,7 +48,18 @@ def write_page_of(given: Sequence[Source], out: Path, command: str) -> None:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
+    if powder:
+        sheets = [replace(sheet, si=_in_si(sheet, powder)) for sheet in sheets]
     write_report(out, sheets[0].name if len(sources) == 1 else f"{len(sources)} runs", sheets, absent)
+
+
+def _in_si(sheet: ReportData, powder: Powder) -> list[tuple[str, str]]:
+    """The units, the parameters and the measures of a run in SI.  Raises InputError for the dump of another program."""
+    if sheet.scene is None:
+        raise InputError(f"--si is for runs; '{sheet.name}' is the dump of another program, in units of its own")
+    rows = [*of_scene(sheet.scene, powder), *of_measures(sheet.measures), *of_frame(sheet.frame)]
+    units = [(f"unit of {name}", in_words(*powder.unit(name))) for name in DIMENSIONS]
+    return units + [(name, powder.words(value, dimension)) for name, value, dimension in rows]
 
 
 def _runs(source: Source) -> Sequence[Source]:

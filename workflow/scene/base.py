@@ -115,6 +115,11 @@ class Scene(Readings):
         """An attraction acts."""
         return False
 
+    @property
+    def force_set_by(self) -> str:
+        """What sets the unit of force: "force", an attraction; "pressure"; "gravity"; see `workflow.data.si`."""
+        return "force" if self.cohesive else "pressure"
+
     def law_of(self, stage: str) -> ContactLaw | None:
         """The law of G07 at the end of a stage; None under another law, which the groups of measures do not know."""
         return None

@@ -206,6 +206,11 @@ class Heap(Scene):
         return self.force_tolerance
 
     @property
+    def force_set_by(self) -> str:
+        """Forces are in units of m g."""
+        return "gravity"
+
+    @property
     def reach(self) -> float:
         """r0/sigma."""
         return 1.0 if self.hooke else self.cutoff

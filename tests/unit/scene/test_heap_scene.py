@@ -84,7 +84,8 @@ def test_hardest_impact_without_damping_is_that_of_energy() -> None:
         ({"skin": 0.1}, "skin = 0.1 is not allowed"),
         ({"base": "soft"}, "one of rough, flat"),
         ({"grains": 0}, "grains = 0"),
-        ({"many": 5}, "unknown parameter 'many'"),
+        ({"m": 20}, "unknown parameter 'm'"),
+        ({"n": 20, "grains": 20}, "'n' and 'grains' are one parameter; keep one"),
     ],
 )
 def test_impossible_heaps_are_refused(wrong: dict[str, Any], message: str) -> None:

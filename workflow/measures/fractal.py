@@ -103,11 +103,11 @@ def fit_fractal(data: Scattering, window: tuple[float, float], *, weighted: bool
                 )
                 sigma = sigma if weighted else noise * np.abs(model(k, *best))
     except RuntimeError as error:
-        raise WorkflowError(f"fit of eq. 28 in k = {window} did not converge ({error}); change the window") from error
+        raise WorkflowError(f"fit of eq. 28 in {_words(window)} did not converge; change the window") from error
     spread = np.sqrt(np.abs(np.diag(covariance)))  # of d_F, ln xi, ...
     if not (np.isfinite(covariance).all() and best[0] > 0 and spread[0] < MOST_SPREAD and spread[1] < MOST_SPREAD):
         raise WorkflowError(
-            f"fit of eq. 28 in k = {window} does not determine its parameters; widen the window "
+            f"fit of eq. 28 in {_words(window)} does not determine its parameters; widen the window "
             "(a packing without loose regions has no fractal range)"
         )
     chi2 = float((((model(k, *best) - intensity) / sigma) ** 2).sum() / (len(k) - 4))
@@ -125,10 +125,14 @@ def fractal_slope(data: Scattering, window: tuple[float, float]) -> Slope:
     return Slope(-float(slope), float(np.sqrt(covariance[0, 0])), (float(window[0]), float(window[1])), int(rows.sum()))
 
 
+def _words(window: tuple[float, float]) -> str:
+    return f"k = {window[0]:.3g} to {window[1]:.3g}"
+
+
 def _window(data: Scattering, window: tuple[float, float], least: int) -> Bools:
     rows = (data.k >= window[0]) & (data.k <= window[1]) & (data.intensity > 0)
     if rows.sum() < least:
-        raise InputError(f"window k = {window} holds {int(rows.sum())} shells, at least {least} are needed; widen it")
+        raise InputError(f"window {_words(window)} holds {int(rows.sum())} shells, at least {least} are needed; widen it")
     return rows
 
 

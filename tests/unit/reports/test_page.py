@@ -18,7 +18,7 @@ from matplotlib.colors import to_rgb
 from workflow.data.frame import Frame, Interactions
 from workflow.measures.packing import coordination, measure
 from workflow.reports import page_data
-from workflow.reports.figures import kinds_of_fig2
+from workflow.reports.network import kinds_of_fig2
 from workflow.reports.page import with_error, write_report
 from workflow.reports.page_data import KINDS, ReportData, unpacked
 from workflow.reports.study_page import template, write_page
@@ -102,7 +102,7 @@ def test_network_of_the_page_is_that_of_the_frame(tmp_path: Path) -> None:
     assert (place >= ORIGIN - 1e-6).all() and (place <= ORIGIN + CELL + 1e-6).all()
     turns = (place - frame.position) / CELL
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-6)  # float32 of lengths up to 6
-    for name, (rows, _) in kinds_of_fig2(frame, 1.0, 1e-4).items():
+    for name, (rows, *_) in kinds_of_fig2(frame, 1.0, 1e-4).items():
         assert (np.flatnonzero(found["kind"] == KINDS.index(name)) == np.flatnonzero(rows)).all() and rows.any(), name
     assert net["cell"] == CELL.tolist() and net["origin"] == ORIGIN.tolist()
 

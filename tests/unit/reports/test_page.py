@@ -129,6 +129,23 @@ def test_long_series_is_thinned_and_the_page_says_so(tmp_path: Path, monkeypatch
     assert "One row in 4 of 101" in page.source
 
 
+def test_the_film_of_the_page_holds_every_frame_once(tmp_path: Path) -> None:
+    """The arrays of the frame that is shown are those of the network."""
+    one = sheet()
+    frames = [replace(sheet(seed).frame, step=seed, cell=CELL * seed) for seed in (1, 2)]
+    found = [(EVIL, frames[0]), ("two", frames[1]), ("shown", one.frame)]
+    page = written(tmp_path, replace(one, film=found))
+    film = page.data["runs"][0]["film"]
+    assert film["shown"] == 2 and [frame["label"] for frame in film["frames"]] == [EVIL, "two", "shown"]
+    assert "arrays" not in film["frames"][2]
+    for part, frame in zip(film["frames"], frames, strict=False):
+        np.testing.assert_array_equal(unpacked(part["arrays"]["normal"]), np.float32(frame.interactions.normal_force))
+        assert part["cell"] == frame.cell.tolist()
+    slider = next(a for tag, a in page.elements if tag == "input" and a.get("aria-label") == "Frame")
+    assert (slider["max"], slider["value"]) == ("2", "2")
+    assert "film" not in written(tmp_path, one).data["runs"][0]
+
+
 def test_names_are_text_and_nothing_else(tmp_path: Path) -> None:
     """Whoever names a run, a stage or a file cannot open an element, an attribute or the script."""
     evil = sheet(name=EVIL, title=EVIL, reason=EVIL, note=EVIL, state=EVIL, text=EVIL, numbers=[(EVIL, EVIL)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -148,6 +149,44 @@ def test_zoom_keeps_the_place_under_the_pointer(reader: Reader, frame: Frame) ->
     ActionChains(reader.driver).scroll_from_origin(ScrollOrigin.from_viewport(*pointer(reader, x, y)), 0, -500).perform()
     assert scale(reader) > 1.5 * first and reader.run("return window.scrollY") == before
     assert place_of(reader, frame, central(frame)) == pytest.approx([x, y], abs=2.0)  # whole pixels of the pointer
+
+
+def test_frames_are_played_to_the_last(reader: Reader, cohesive: Path) -> None:
+    """The slider shows a frame with its numbers in the legend, the button plays from there on; scale and counts tell it."""
+    with Archive(cohesive / "run.h5") as archive:
+        frames = list(archive.frames)
+    slider, button = reader.find(".player input"), reader.find(".player button")
+    assert slider.get_attribute("max") == str(len(frames) - 1) == slider.get_attribute("value")
+    slider.send_keys(Keys.HOME)
+    reader.settle()
+    assert reader.find(".player output").text.startswith(f"frame 1 of {len(frames)}: {frames[0].stage}")
+    assert reader.run("return views[0].a.i.length") == len(frames[0].interactions)
+    corners = np.array(reader.run("return views[0].net.window")).reshape(2, 2)
+    assert corners[1] - corners[0] == pytest.approx(np.max([frame.cell for frame in frames], axis=0))
+    assert corners.mean(axis=0) == pytest.approx(frames[0].origin + frames[0].cell / 2)
+    button.click()
+    end = time.monotonic() + 30
+    while button.text != "Play":
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert slider.get_attribute("value") == str(len(frames) - 1)
+    shown = sum(int(one.text) for one in reader.driver.find_elements(By.CSS_SELECTOR, ".keys label:has([data-kind]) output"))
+    assert shown == len(frames[-1].interactions)
+    found = reader.run("return Array.from(views[0].a.normal)")
+    np.testing.assert_array_equal(np.float32(found), np.float32(frames[-1].interactions.normal_force))
+
+
+def test_the_key_below_the_drawing_is_to_scale(reader: Reader) -> None:
+    """The length bar is as long as it says, at every zoom."""
+    for _ in range(3):
+        reader.settle()
+        canvas = reader.find("canvas")
+        row = reader.pixels(canvas)[-14].astype(int).sum(axis=1)  # the middle of the strip below the drawing
+        dark = np.flatnonzero(row < 3 * 120)
+        length = int(np.flatnonzero(np.diff(dark, append=10**6) > 1)[0]) + 1
+        said = reader.run("return views[0].key")
+        assert length == pytest.approx(said * scale(reader), abs=1.5)  # whole pixels at both ends
+        reader.control("in").click()
 
 
 def pointer(reader: Reader, x: float, y: float) -> list[int]:

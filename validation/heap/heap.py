@@ -17,7 +17,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
@@ -26,7 +25,7 @@ from workflow.archive.read import Archive
 from workflow.errors import InputError
 from workflow.measures.heap import angle_of_repose, dip, mean_profile, surface
 from workflow.pipeline.heap import ground
-from workflow.reports.figures import STYLE, save
+from workflow.reports.figures import save, style
 from workflow.runs.directory import ARCHIVE, RunDirectory
 
 N = ["--grains", "500"]
@@ -147,7 +146,7 @@ def _angles(run: RunDirectory) -> tuple[np.ndarray, np.ndarray]:
 def draw(profiles: list[dict[str, object]], grown: list[dict[str, object]]) -> None:
     """Base force profiles with bands of a standard error, large heaps above, those of 500 below; angles while heaps grow."""
     home = Path(__file__).parent
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(8.0, 6.4), layout="constrained")
         for axes, small in zip(figure.subplots(2, 1), (False, True), strict=True):
             for case in dict.fromkeys(str(row["case"]) for row in profiles if int(str(row["heaps"])) > 1):

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from workflow.archive.export import FORMATS
+from workflow.cli.lists import listed, one_of
 from workflow.cli.options import command
 from workflow.cli.sources import add_sources, one_source
+from workflow.data.files import writable_folder
 from workflow.data.frame import Frame
 from workflow.data.notes import tell
 from workflow.errors import InputError
@@ -32,21 +34,21 @@ def declare(commands: Any) -> None:
         action=action,
     )  # fmt: skip
     add_sources(parser, measured=False)
-    parser.add_argument("--to", default="csv", metavar="FORMATS", help=f"names with commas: {', '.join(FORMATS)} (default csv)")
+    parser.add_argument(
+        "--to", action="append", default=[], metavar="FORMATS", help=f"names with commas: {', '.join(FORMATS)} (default csv)"
+    )
     parser.add_argument("--all", action="store_true", help="every frame instead of one")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to write (default: export in the run directory)")
 
 
 def action(arguments: argparse.Namespace) -> int:
     """Write the files and say where they are."""
-    source, names = one_source(arguments), arguments.to.split(",")
-    for name in names:
-        if name not in FORMATS:
-            raise InputError(f"--to {name} is not known; choose from {', '.join(FORMATS)}")
+    names = listed("--to", arguments.to or ["csv"], one_of(list(FORMATS)))
+    source = one_source(arguments)
     out = arguments.out or source.folder / "export"
     if arguments.out is None and out.is_symlink():
         raise InputError(f"'{out}' is a symbolic link, which leads out of the run directory; name the place with --out DIR")
-    out.mkdir(parents=True, exist_ok=True)
+    writable_folder(out)
     for number, name in enumerate(names):
         for path in FORMATS[name].write(_frames(source, every=arguments.all, notes=number == 0), out):
             print(path)

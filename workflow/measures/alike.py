@@ -27,3 +27,19 @@ def differing(samples: Sequence[Mapping[str, Any]], free: Sequence[str] = FREE) 
 def in_words(different: Mapping[str, Sequence[Any]]) -> str:
     """``differing`` for people: each parameter with its values, every value once."""
     return "; ".join(f"{name} = {' | '.join(dict.fromkeys(map(str, values)))}" for name, values in different.items())
+
+
+def labels(samples: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[str]:
+    """What tells samples apart in a legend: the parameters in which they differ, ``names`` where that is nothing or alike."""
+    different = differing(samples, free=())
+    if not different or len(different) > MOST_LABELLED:
+        return list(names)
+    found = [", ".join(f"{name} = {_word(each[k])}" for name, each in different.items()) for k in range(len(samples))]
+    return found if len(set(found)) == len(found) else list(names)
+
+
+MOST_LABELLED = 3  # parameters in a legend
+
+
+def _word(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else "none" if value is None else str(value)

@@ -98,7 +98,7 @@ def fit_fractal(data: Scattering, window: tuple[float, float]) -> FractalFit:
     dispersion = float((terms * (intensity / fit.model(best) - 1.0) ** 2).sum() / freedom)
     if fit.flat() - least <= 3.0 * dispersion * stats.f.ppf(SURE, 3, freedom):
         raise WorkflowError(
-            f"fit of eq. 28 in k = {window} does not determine its parameters: I(k) does not fall there; widen the window "
+            f"fit of eq. 28 in {_words(window)} does not determine its parameters: I(k) does not fall there; widen the window "
             "(a packing without loose regions has no fractal range)"
         )
     bound = least + dispersion * float(stats.f.ppf(CONFIDENCE, 1, freedom))
@@ -175,10 +175,14 @@ def fractal_slope(data: Scattering, window: tuple[float, float]) -> Slope:
     return Slope(-float(slope), float(np.sqrt(covariance[0, 0])), (float(window[0]), float(window[1])), int(rows.sum()))
 
 
+def _words(window: tuple[float, float]) -> str:
+    return f"k = {window[0]:.3g} to {window[1]:.3g}"
+
+
 def _window(data: Scattering, window: tuple[float, float], least: int) -> Bools:
     rows = (data.k >= window[0]) & (data.k <= window[1]) & (data.intensity > 0)
     if rows.sum() < least:
-        raise InputError(f"window k = {window} holds {int(rows.sum())} shells, at least {least} are needed; widen it")
+        raise InputError(f"window {_words(window)} holds {int(rows.sum())} shells, at least {least} are needed; widen it")
     return rows
 
 

@@ -63,36 +63,63 @@ def surface(position: Floats, diameter: Floats, ground: Ground) -> Surface:
     return Surface(COLUMN * np.arange(first, last + 1), np.maximum(height, 0.0))
 
 
+@dataclass(frozen=True)
+class Flank:
+    """The straight line ``slope`` x + ``intercept`` through the columns of one flank from ``foot`` to ``top`` (their x);
+    ``error``: standard error of the slope, from the scatter about the line."""
+
+    slope: float
+    intercept: float
+    error: float
+    foot: float
+    top: float
+
+    @property
+    def degrees(self) -> float:
+        """Angle of the flank."""
+        return float(np.degrees(np.arctan(abs(self.slope))))
+
+    @property
+    def uncertainty(self) -> float:
+        """Standard error of the angle in degrees."""
+        return float(np.degrees(self.error / (1.0 + self.slope * self.slope)))
+
+
+def flanks(profile: Surface) -> tuple[Flank, Flank] | None:
+    """Left and right flank: the straight line through the columns whose height is between 15 and 85 % of the highest, from
+    the flank's foot to the first column above that on its way to the top.  None for a heap too low to have flanks."""
+    if not len(profile.x) or profile.height.max() < 4.0:
+        return None
+    top = int(np.argmax(profile.height))
+    sides = (slice(top, None, -1), slice(top, None))
+    left, right = (_flank(profile.x[rows], profile.height[rows], profile.height[top]) for rows in sides)
+    return None if left is None or right is None else (left, right)
+
+
 def angle_of_repose(profile: Surface) -> dict[str, Any]:
-    """Angles of the flanks in degrees: atan of the slope of the straight line through the columns whose height is between
-    15 and 85 % of the highest, from the flank's foot to the first column above that on its way to the top.
+    """Angles of the `flanks` in degrees.
 
     ``uncertainty`` of the mean: the standard errors of both slopes (from the scatter about the lines) and half the
     difference of the two sides, added in squares.  None for a heap too low to have flanks.
     """
-    none: dict[str, Any] = {"left": None, "right": None, "mean": None, "uncertainty": None}
-    if not len(profile.x) or profile.height.max() < 4.0:
-        return none
-    top = int(np.argmax(profile.height))
-    flanks = (slice(top, None, -1), slice(top, None))
-    sides = [_slope(profile.x[rows], profile.height[rows], profile.height[top]) for rows in flanks]
-    if any(side is None for side in sides):
-        return none
-    (left, left_error), (right, right_error) = sides  # type: ignore[misc]
-    spread = np.hypot(0.5 * np.hypot(left_error, right_error), 0.5 * (left - right))
+    found = flanks(profile)
+    if found is None:
+        return {"left": None, "right": None, "mean": None, "uncertainty": None}
+    left, right = found[0].degrees, found[1].degrees
+    spread = np.hypot(0.5 * np.hypot(found[0].uncertainty, found[1].uncertainty), 0.5 * (left - right))
     return {"left": left, "right": right, "mean": 0.5 * (left + right), "uncertainty": float(spread)}
 
 
-def _slope(x: Floats, height: Floats, top: float) -> tuple[float, float] | None:
-    """Angle and its standard error of one flank, given from the top outwards."""
+def _flank(x: Floats, height: Floats, top: float) -> Flank | None:
+    """One flank, given from the top outwards."""
     below = np.flatnonzero(height < FLANK[1] * top)
     foot = np.flatnonzero(height > FLANK[0] * top)
     rows = slice(below[0], foot[-1] + 1) if len(below) else slice(0, 0)
     x, height = x[rows], height[rows]
     if len(x) < 4:
         return None
-    (slope, _), covariance = np.polyfit(x, height, 1, cov=True)
-    return float(np.degrees(np.arctan(abs(slope)))), float(np.degrees(np.sqrt(covariance[0, 0]) / (1.0 + slope**2)))
+    (slope, intercept), covariance = np.polyfit(x, height, 1, cov=True)
+    return Flank(float(slope), float(intercept), float(np.sqrt(covariance[0, 0])), float(x[-1]), float(x[0]))
 
 
 def base_forces(frame: Frame, ground: Ground) -> tuple[Floats, Floats]:

@@ -6,26 +6,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import product
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
-from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from workflow.data.balance import solid_fraction
 from workflow.data.frame import Floats, Frame
 from workflow.errors import InputError
-from workflow.reports.figures import BLUE, GREEN, INK, ORANGE, RED, STYLE, PathLike, save
+from workflow.reports.figures import BLUE, INK, LOOKS, MM, RED, Paths, panel, save, sized, style, width
+from workflow.reports.paper import NARROW, PAGE
 from workflow.scene.method2 import Method2
 
 DISC, EDGE = "#5B6B7A", "#FFFFFF"
-WIDTH = 7.0  # inches of all images together
 
 
-def density_history(
-    runs: Mapping[str, Mapping[str, Floats]], path: PathLike | Sequence[PathLike], *, stages: Mapping[str, Mapping[int, str]]
-) -> None:
+def density_history(runs: Mapping[str, Mapping[str, Floats]], path: Paths, *, stages: Mapping[str, Mapping[int, str]]) -> None:
     """Solid fraction against time on a logarithmic axis, one curve per run; a dot where a stage ends, with its name.
 
     ``runs``: label -> time series with ``time``, ``stage`` and ``solid_fraction``; ``stages``: label -> names of stages by
@@ -33,57 +29,64 @@ def density_history(
     """
     if not runs or not all((series["time"] > 0).any() for series in runs.values()):
         raise InputError("density against time: a run has no row beyond t = 0; let it go on")
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.5, 4.0), layout="constrained")
-        axes = figure.subplots()
-        looks = zip((BLUE, RED, GREEN, ORANGE, INK) * len(runs), ("-", (0, (5, 1)), "-.", ":", "-") * len(runs), strict=True)
-        for (label, series), (colour, dash) in zip(runs.items(), looks, strict=False):
+    with style():
+        figure, axes = panel(0.62, PAGE)
+        for number, (label, series) in enumerate(runs.items()):
+            colour, dash, mark = LOOKS[number % len(LOOKS)]
             shown = series["time"] > 0
             time, density = series["time"][shown], series["solid_fraction"][shown]
             axes.plot(time, density, color=colour, linestyle=dash, label=label)
-            _ends(axes, time, density, series["stage"][shown], stages.get(label, {}), colour)
-        axes.set_xscale("log")
-        axes.set_xlabel("$t/T_0$")
-        axes.set_ylabel(r"solid fraction $\Phi$")
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(frameon=False, fontsize=8, loc="upper left")
+            _ends(axes, time, density, series["stage"][shown], stages.get(label, {}), colour, mark)
+        axes.set(xscale="log", xlabel="time $t/T_0$", ylabel=r"solid fraction $\Phi$")
+        axes.margins(y=0.12)
+        if len(runs) > 1:
+            figure.legend(loc="outside lower center", ncols=min(len(runs), 4 if width(PAGE) >= NARROW else 2))
         save(figure, path)
 
 
-def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mapping[int, str], colour: str) -> None:
+def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mapping[int, str], colour: str, mark: str) -> None:
+    """A mark where each stage ends; its name, with those that end too close to it to have a place of their own."""
     rows = np.append(np.flatnonzero(np.diff(stage)), len(stage) - 1)
-    axes.plot(time[rows], density[rows], "o", markersize=4, color=colour)
-    after = np.inf
-    for row in rows[::-1]:  # of stages that follow each other at once the last is named
-        if np.log10(after / time[row]) > 0.2:
-            after = time[row]
-            axes.annotate(names.get(int(stage[row]), ""), (time[row], density[row]), textcoords="offset points",
-                          xytext=(-3, 5), ha="right", fontsize=7, color=colour)  # fmt: skip
+    axes.plot(time[rows], density[rows], mark, markersize=4, color=colour, linestyle="none")
+    apart, high = np.log10(time[-1] / time[0]) / 25, max(float(np.ptp(density)), 1e-3) / 12
+    groups: list[list[int]] = []
+    for row in rows:
+        last = groups[-1][-1] if groups else None
+        if last is not None and np.log10(time[row] / time[last]) < apart and abs(density[row] - density[last]) < high:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    for group in groups:
+        words = ", ".join(names.get(int(stage[row]), f"stage {stage[row]:.0f}") for row in group)
+        axes.annotate(words, (time[group[-1]], density[group[-1]]), textcoords="offset points", xytext=(-3, 5), ha="right",
+                      fontsize=6.5, color=colour)  # fmt: skip
 
 
-def agitation(found: Mapping[float, Sequence[float]], path: PathLike | Sequence[PathLike]) -> None:
-    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; an arrow at the speed of
-    the paper's series, 9.48 (G07 fig. 8).  Raises InputError without a sample that moved."""
+def agitation(found: Mapping[float, Sequence[float]], path: Paths) -> None:
+    """Mean and standard error of z over the samples of each V0/V*, on a logarithmic axis; a line at the speed of the
+    paper's series, 9.48 (G07 fig. 8).  Raises InputError without a sample that moved."""
     speeds = sorted(speed for speed in found if speed > 0)
     if not speeds:
         raise InputError("agitation: no run with V0 > 0 was given; choose one or more")
     samples = [np.array(found[speed]) for speed in speeds]
     error = [z.std(ddof=1) / np.sqrt(len(z)) if len(z) > 1 else 0.0 for z in samples]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3.4, 2.7), layout="constrained")
-        axes = figure.subplots()
-        mean = [z.mean() for z in samples]
-        axes.errorbar(speeds, mean, error, fmt="o-", color=INK, markersize=4, linewidth=0.8, ecolor=BLUE)
+    with style():
+        figure, axes = panel()
+        axes.errorbar(speeds, [z.mean() for z in samples], error, fmt="o-", color=INK, markersize=4, linewidth=0.8, ecolor=BLUE,
+                      capsize=2)  # fmt: skip
         usual = Method2.v0
         if usual in found:
-            axes.annotate("", (usual, np.mean(found[usual]) - 0.02), (0, -22), textcoords="offset points",
-                          arrowprops={"arrowstyle": "-|>", "color": RED})  # fmt: skip
-        axes.set(xscale="log", xlabel="$V_0/V^*$", ylabel="coordination number $z$")
-        axes.spines[["top", "right"]].set_visible(False)
+            axes.axvline(
+                usual, color=RED, linestyle=(0, (4, 2)), zorder=0, label=f"$V_0/V^*$ = {usual:g}, as in the series of G07"
+            )
+            axes.legend()
+        axes.set(xscale="log", xlabel="initial speed $V_0/V^*$", ylabel="coordination number $z$",
+                 xlim=(speeds[0] / 2, speeds[-1] * 2))  # fmt: skip
+        axes.margins(y=0.2)
         save(figure, path)
 
 
-def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathLike | Sequence[PathLike]) -> None:
+def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: Paths) -> None:
     """Solid fraction and coordination number against P* on a logarithmic axis; open marks where the stress falls.
 
     ``runs``: label -> (P*, Phi, z), float64 (n,), in the order in which the stresses were put on.  Raises InputError
@@ -91,38 +94,42 @@ def consolidation(runs: Mapping[str, tuple[Floats, Floats, Floats]], path: PathL
     """
     if not runs:
         raise InputError("consolidation: no run was given; choose one or more")
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+    with style():
+        beside = width(PAGE) >= NARROW
+        figure = sized(0.5 if beside else 1.6, PAGE)
         names = (r"solid fraction $\Phi$", "coordination number $z$")
-        for column, (axes, name) in enumerate(zip(figure.subplots(1, 2), names, strict=True)):
-            colours = (BLUE, RED, GREEN, ORANGE, INK) * len(runs)
-            for (label, curve), colour in zip(runs.items(), colours, strict=False):
+        for column, (axes, name) in enumerate(zip(figure.subplots(*((1, 2) if beside else (2, 1))), names, strict=True)):
+            for number, (label, curve) in enumerate(runs.items()):
+                colour, dash, mark = LOOKS[number % len(LOOKS)]
                 stress, value = curve[0], curve[1 + column]
                 top = int(np.argmax(stress))
-                axes.plot(stress[: top + 1], value[: top + 1], "o-", markersize=4, color=colour, label=label)
-                axes.plot(stress[top:], value[top:], "o--", markersize=4, color=colour, markerfacecolor="none", zorder=1)
-            axes.set(xscale="log", xlabel="$P^*$", ylabel=name)
-            axes.spines[["top", "right"]].set_visible(False)
-        figure.axes[0].legend(frameon=False, fontsize=8, loc="lower right")
+                first, label = column == 0, f"{label}: " if len(runs) > 1 else ""
+                axes.plot(stress[: top + 1], value[: top + 1], mark, linestyle=dash, markersize=4, color=colour,
+                          label=f"{label}stress grows" if first else None)  # fmt: skip
+                if top + 1 < len(stress):
+                    axes.plot(stress[top:], value[top:], mark, linestyle=dash, markersize=4, color=colour, linewidth=0.6,
+                              markerfacecolor="white", label=f"{label}stress falls" if first else None)  # fmt: skip
+            axes.set(xscale="log", xlabel="imposed stress $P^*$", ylabel=name)
+        figure.legend(loc="outside lower center", ncols=2)
         save(figure, path)
 
 
-def snapshots(frames: Sequence[Frame], path: PathLike | Sequence[PathLike], *, names: Sequence[str]) -> None:
+def snapshots(frames: Sequence[Frame], path: Paths, *, names: Sequence[str]) -> None:
     """Frames side by side at one scale, each with its cell, so that the shrinking of cell and pores is seen.
 
     ``names``: a word for each image, written above it with Phi and time.  Raises InputError without a frame.
     """
     if not frames:
         raise InputError("snapshots: no frame was given; choose one or more")
-    with mpl.rc_context(STYLE):
-        columns = min(len(frames), 4)
+    with style():
+        columns = min(len(frames), 4 if width(PAGE) >= NARROW else 2)
         rows = -(-len(frames) // columns)
         extent = np.max([frame.cell for frame in frames], axis=0)
-        side = WIDTH / columns
-        figure = Figure(figsize=(WIDTH, rows * (side * extent[1] / extent[0] + 0.35)), layout="constrained")
+        side = width(PAGE) / columns  # mm
+        figure = sized(rows * (side * extent[1] / extent[0] + 9.0) / width(PAGE), PAGE)
         grid = list(figure.subplots(rows, columns, squeeze=False).flat)
         for axes, frame, name in zip(grid, frames, names, strict=False):
-            _image(axes, frame, extent, side / extent[0] * 72)
+            _image(axes, frame, extent, 72 * MM * side / extent[0])
             axes.set_title(f"{name}\n$\\Phi$ = {solid_fraction(frame):.3f}, $t$ = {frame.time:.4g} $T_0$", fontsize=7)
         for axes in grid:
             axes.set_axis_off()

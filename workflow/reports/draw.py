@@ -3,42 +3,98 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
+from workflow.data.files import writable_folder
+from workflow.data.frame import Frame
 from workflow.data.notes import tell
-from workflow.errors import InputError
-from workflow.measures.alike import differing, in_words, kinds
+from workflow.errors import ArchiveError, InputError, WorkflowError
+from workflow.measures.alike import differing, in_words, kinds, labels
+from workflow.measures.registry import Settings
 from workflow.pipeline.sources import Source
-from workflow.reports.registry import FIGURES, FRAMES, RUNS, Figure, Shown, figures_of
+from workflow.reports.paper import PLAIN, Paper, on
+from workflow.reports.registry import FIGURES, FRAMES, Figure, Shown, figures_of
+
+ALL = "all"
 
 
-def draw(sources: Sequence[Source], asked: str | None, out: Path, formats: Sequence[str]) -> Iterator[Path]:
-    """Draw the figures that are ``asked`` for (names with commas, "all", None: the usual ones) into ``out``; each path that is
-    written.
+class NotDrawn(NamedTuple):
+    """A figure that was not drawn, and why."""
 
-    Raises InputError before anything is drawn for a name that the first source has not, for several sources of a figure of
-    one, and for a frame that lacks what a figure needs.
+    name: str
+    reason: str
+
+
+def draw(
+    sources: Sequence[Source], asked: Sequence[str], out: Path, formats: Sequence[str], paper: Paper = PLAIN
+) -> Iterator[Path | NotDrawn]:
+    """Draw the figures ``asked`` for (none: the usual ones) into ``out`` on ``paper``; each path that is written.
+
+    ["all"]: those that apply; of each that does not the reason.  Raises InputError before anything is drawn for a name that
+    the first source has not, for several sources of a figure of one, and for a frame that lacks what a figure needs.
     """
     chosen = _chosen(sources[0], asked)
-    alone = [name for name, figure in chosen.items() if not figure.several]
-    if len(sources) > 1 and alone:
-        raise InputError(f"--figure {alone[0]} shows one sample; give one directory, or figures that show a mean")
-    of_frames = [figure for figure in chosen.values() if figure.of == FRAMES]
-    samples = [source.frame() for source in sources] if of_frames else []
-    for frame, _ in samples:
-        tell(frame.notes)
-        for figure in of_frames:
-            figure.check(frame)
-    runs = [_shown(source) for source in sources]
-    out.mkdir(parents=True, exist_ok=True)
+    every = list(asked) == [ALL]
+    prepared = _Prepared(sources)
+    if not every:
+        for name, figure in chosen.items():
+            prepared.check(name, figure)
+    writable_folder(out)
     for name, figure in chosen.items():
-        if figure.of == RUNS and None in runs:
+        try:
+            with on(paper):
+                yield from _draw(name, figure, prepared, out, formats)
+        except WorkflowError as fault:
+            if not every or isinstance(fault, ArchiveError):
+                raise
+            yield NotDrawn(name, str(fault))
+
+
+class _Prepared:
+    """Sources with what figures show of them, made when it is first asked for."""
+
+    def __init__(self, sources: Sequence[Source]) -> None:
+        self.sources = sources
+
+    @cached_property
+    def samples(self) -> list[tuple[Frame, Settings]]:
+        """The frames with the settings of their measures."""
+        found = [source.frame() for source in self.sources]
+        for frame, _ in found:
+            tell(frame.notes)
+        return found
+
+    @cached_property
+    def runs(self) -> list[Shown]:
+        """The runs.  Raises InputError for dumps."""
+        if any(source.run is None for source in self.sources):
+            raise InputError("it needs run directories; leave the dumps out")
+        names = labels([source.parameters() for source in self.sources], [source.folder.name for source in self.sources])
+        return [_shown(source, name) for source, name in zip(self.sources, names, strict=True)]
+
+    def check(self, name: str, figure: Figure) -> None:
+        """Raises InputError if the figure cannot show these."""
+        if len(self.sources) > 1 and not figure.several:
+            raise InputError(f"--figure {name} shows one sample; give one directory, or figures that show a mean")
+        if figure.of == FRAMES:
+            for frame, _ in self.samples:
+                figure.check(frame)
+        elif any(source.run is None for source in self.sources):
             raise InputError(f"--figure {name} needs run directories; leave the dumps out")
-        shown: Sequence[object] = samples if figure.of == FRAMES else runs
-        for members, label in _parts(name, figure, sources):
-            paths = [out / f"{name}{label}.{kind}" for kind in figure.formats or formats]
-            if figure.draw([shown[k] for k in members], paths) is not False:
-                yield from paths
+
+
+def _draw(name: str, figure: Figure, prepared: _Prepared, out: Path, formats: Sequence[str]) -> Iterator[Path | NotDrawn]:
+    """Draw one figure, once for each kind of sample."""
+    prepared.check(name, figure)
+    shown: Sequence[object] = prepared.samples if figure.of == FRAMES else prepared.runs
+    for members, label in _parts(name, figure, prepared.sources):
+        paths = [out / f"{name}{label}.{kind}" for kind in figure.formats or formats]
+        if figure.draw([shown[k] for k in members], paths) is False:
+            yield NotDrawn(name, "there is nothing to draw in it")
+        else:
+            yield from paths
 
 
 def draw_one(source: Source, name: str, path: Path | None) -> Path:
@@ -58,7 +114,7 @@ def draw_one(source: Source, name: str, path: Path | None) -> Path:
     elif source.run is None:
         raise InputError(f"figure '{name}' needs a run directory")
     else:
-        sample = _shown(source)
+        sample = _shown(source, source.folder.name)
     if figure.draw([sample], [path]) is False:
         raise InputError(f"figure '{name}': there is nothing to draw in '{source.name}'")
     return path
@@ -71,17 +127,18 @@ def _formats() -> Iterable[str]:
     return FigureCanvasBase.get_supported_filetypes()
 
 
-def _shown(source: Source) -> Shown | None:
-    """The run of a source, None for dumps."""
-    return None if source.run is None else Shown(source.run, source.run.path.name, source.number)
+def _shown(source: Source, name: str) -> Shown:
+    """The run of a source under a name."""
+    assert source.run is not None  # of dumps the caller has said so
+    return Shown(source.run, name, source.number)
 
 
-def _chosen(source: Source, asked: str | None) -> dict[str, Figure]:
+def _chosen(source: Source, asked: Sequence[str]) -> dict[str, Figure]:
     """The figures of ``source`` by name, in the order asked for."""
     known = figures_of(source.figures)
-    if asked is None:
+    if not asked:
         return {name: figure for name, figure in known.items() if figure.unasked}
-    return _named(source, list(known) if asked == "all" else asked.split(","), also=", or all")
+    return _named(source, list(known) if list(asked) == [ALL] else asked, also=f", or {ALL}")
 
 
 def _named(source: Source, names: Sequence[str], also: str = "") -> dict[str, Figure]:

@@ -17,7 +17,8 @@ from workflow.measures.clusters import pair_correlation
 from workflow.measures.fractal import FractalFit, fit_fractal
 from workflow.measures.registry import LOWEST, NEIGHBOURHOOD, Settings, fit_window, shells
 from workflow.reports import charts, maps, triangles
-from workflow.reports.figures import BAND, PathLike, force_network
+from workflow.reports.figures import PathLike
+from workflow.reports.network import BAND, force_network
 
 Sample = tuple[Frame, Settings]
 Paths = Sequence[PathLike]
@@ -86,13 +87,13 @@ def scattering(samples: Sequence[Sample], paths: Paths) -> None:
     charts.scattering_chart(found, _fit(samples, found), paths)
 
 
-def _fit(samples: Sequence[Sample], found: Sequence) -> FractalFit | None:
-    """The fit of eq. 28, None where it finds nothing."""
+def _fit(samples: Sequence[Sample], found: Sequence) -> FractalFit | str:
+    """The fit of eq. 28, or why there is none."""
     mean = density.average(found)
     try:
         return fit_fractal(mean, fit_window(mean, samples[0][1]))
-    except WorkflowError:
-        return None
+    except WorkflowError as fault:
+        return str(fault)
 
 
 def correlation(samples: Sequence[Sample], paths: Paths) -> None:

@@ -12,11 +12,11 @@ from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.pipeline.archived import archived
 from workflow.pipeline.collect import no_packing
-from workflow.reports import assembling, figures
+from workflow.reports import assembling
+from workflow.reports.figures import Paths
+from workflow.reports.history import history as draw_history
 from workflow.reports.registry import Shown
 from workflow.runs.directory import ARCHIVE
-
-Paths = Sequence[figures.PathLike]
 
 
 def history(runs: Sequence[Shown], paths: Paths) -> bool:
@@ -26,9 +26,10 @@ def history(runs: Sequence[Shown], paths: Paths) -> bool:
     with Archive(directory / ARCHIVE) as archive:
         series = archive.series
     if series:
-        figures.history(
+        draw_history(
             series, paths, density="solid_fraction", stresses=("stress_x", "stress_y"),
-            unbalanced=("net_force", "net_moment"), targets=(scene.pressure,),
+            unbalanced=("net_force", "net_moment"),
+            targets={number: scene.pressure_of(name) for number, name in scene.stages.items()},
             tolerance=scene.tolerance * scene.force_unit, stages=scene.stages, force="F_0" if scene.cohesive else "aP",
         )  # fmt: skip
     return bool(series)

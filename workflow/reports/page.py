@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from string import Template
@@ -14,12 +15,13 @@ import numpy as np
 
 from workflow.data.files import atomic_write
 from workflow.reports.numbers import Number, errors
-from workflow.reports.page_data import KINDS, ReportData, charts, kinds, network
+from workflow.reports.page_data import KINDS, ReportData, charts, film, kinds, network, shown_of
 from workflow.reports.study_page import document, table, template
 
-SCRIPTS = ("common.js", "network.js", "chart.js", "report.js")
+SCRIPTS = ("common.js", "network.js", "player.js", "chart.js", "report.js")
 MOST_PARAMETERS = 8  # columns of a study's table for the parameters in which its runs differ
 LOOKS = {"compressive": "compressive", "tensile": "tensile", "distant": "distant", "no force": "idle"}
+DASHES = {"tensile": "dashed", "distant": "dotted"}
 WORDS = {"distant": "distant pair", "no force": "contact without force"}
 FINE = {True: ("good", "in equilibrium"), False: ("bad", "not in equilibrium")}
 
@@ -31,7 +33,14 @@ def write_report(path: Path, title: str, sheets: Sequence[ReportData], absent: S
     articles = []
     for number, sheet in enumerate(sheets):
         drawn, arrays, every = charts(sheet)
-        data["runs"].append({"name": sheet.name, "network": network(sheet), "charts": drawn, "arrays": arrays})
+        run = {
+            "name": sheet.name,
+            "label": sheet.label or sheet.name,
+            "network": network(sheet),
+            "charts": drawn,
+            "arrays": arrays,
+        }
+        data["runs"].append(run | ({"film": film(sheet)} if sheet.film else {}))
         articles.append(_article(number, sheet, drawn, every, several))
     theme = '<button type="button" class="screen" data-control="theme">Dark colours</button>'
     body = f"<header><h1>{escape(title)}</h1>{theme}</header><noscript><p>The drawings need JavaScript.</p></noscript><main>"
@@ -86,8 +95,9 @@ def _cards(found: Sequence[Number]) -> str:
 def _network(sheet: ReportData) -> str:
     """The drawing with its controls."""
     count = np.bincount(kinds(sheet), minlength=len(KINDS))
+    ever = count + sum(np.bincount(kinds(replace(sheet, frame=frame)), minlength=len(KINDS)) for _, frame in sheet.film)
     words = [WORDS.get(name, name) for name in KINDS]
-    there = [k for k in range(len(KINDS)) if count[k]]
+    there = [k for k in range(len(KINDS)) if ever[k]]
     keys = [_key(f'data-kind="{k}" checked', _swatch(KINDS[k]), words[k], str(count[k])) for k in there]
     keys += [_key("", _dot(look), name, "") for look, name in sheet.view.marks]
     sliding = int(sheet.frame.interactions.sliding.sum())
@@ -96,7 +106,21 @@ def _network(sheet: ReportData) -> str:
     parts = ", ".join(f"{count[k]} {words[k]}" for k in there)
     label = f"Force network of {sheet.frame.grains} grains: {parts or 'no interaction'}."
     flat = " flat" if sheet.view.flat else ""
-    return Template(template("network.html")).substitute(keys="\n".join(keys), label=escape(label), flat=flat)
+    return Template(template("network.html")).substitute(
+        keys="\n".join(keys), label=escape(label), flat=flat, player=_player(sheet)
+    )
+
+
+def _player(sheet: ReportData) -> str:
+    """Button and slider over the frames, where there are several."""
+    if not sheet.film:
+        return ""
+    last, shown = len(sheet.film) - 1, shown_of(sheet)
+    return (
+        '<div class="player screen"><button type="button">Play</button>'
+        f'<input type="range" min="0" max="{last}" step="1" value="{shown}" aria-label="Frame">'
+        f"<output>{escape(sheet.film[shown][0])}</output></div>\n"
+    )
 
 
 def _key(control: str, sign: str, name: str, count: str) -> str:
@@ -107,7 +131,7 @@ def _key(control: str, sign: str, name: str, count: str) -> str:
 
 def _swatch(kind: str) -> str:
     thin = " thin" if kind == "no force" else ""
-    return f'<span class="swatch{thin}" style="border-color: var(--{LOOKS[kind]})"></span>'
+    return f'<span class="swatch{thin} {DASHES.get(kind, "")}" style="border-color: var(--{LOOKS[kind]})"></span>'
 
 
 def _dot(look: str) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from workflow.data.frame import Floats, Frame
-from workflow.reports.figures import wrap
-from workflow.reports.views import KINDS, View
+from workflow.reports.canvas import wrap
+from workflow.reports.network import LOOK
+from workflow.reports.views import KINDS, Sight, View
 from workflow.scene.base import Units
 
 MOST_ROWS = 4000  # of a time series on the page; longer ones are thinned
@@ -19,14 +20,13 @@ TYPES: dict[str, np.dtype] = {"f4": np.dtype("<f4"), "u4": np.dtype("<u4"), "u1"
 
 
 @dataclass(frozen=True)
-class ReportData:
+class ReportData(Sight):
     """What a page says of one run or dump.
 
-    ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``force_unit`` F1, below
-    ``tolerance`` F1 there is no force; ``cohesive``: an attraction acts; ``length`` a.  ``units``: names of the units;
-    ``view``: what is shown of its kind.  ``scene``: None for the dump of another program.  ``numbers``: all measures as
-    (name, text).  ``provenance``: (name, text); ``text``: the scene file; ``si``: (name, text)
-    in SI.
+    ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``units``: names of the units;
+    ``view``: what is shown of its kind.  ``numbers``: all measures as (name, text).  ``provenance``: (name, text); ``text``:
+    the scene file.  ``film``: words and frames that the page plays, ``frame`` among them; ``label``: the run beside
+    others.  ``si``: (name, text) in SI.
     """
 
     name: str
@@ -34,20 +34,16 @@ class ReportData:
     state: str
     reason: str | None
     note: str
-    frame: Frame
-    force_unit: float
-    tolerance: float
-    cohesive: bool
-    length: float
     units: Units
     view: View
-    scene: Any
     series: Mapping[str, Floats]
     measures: Mapping[str, Any]
     numbers: Sequence[tuple[str, str]]
     provenance: Sequence[tuple[str, str]]
     text: str
     si: Sequence[tuple[str, str]] = ()
+    film: Sequence[tuple[str, Frame]] = ()
+    label: str = ""
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:
@@ -77,9 +73,24 @@ def network(sheet: ReportData) -> dict[str, Any]:
     return {
         "arrays": arrays, "cell": frame.cell.tolist(), "origin": frame.origin.tolist(), "periodic": list(frame.periodic),
         "window": _window(sheet), "unit": sheet.force_unit, "symbol": symbol, "length": length, "band": sheet.view.band(sheet),
-        "kinds": KINDS, "rolling": bool(table.moment.any()),
+        "kinds": KINDS, "dashes": [LOOK[name][1] for name in KINDS], "rolling": bool(table.moment.any()),
         "marks": ["", *(name for _, name in sheet.view.marks)],
     }  # fmt: skip
+
+
+def shown_of(sheet: ReportData) -> int:
+    """Place in the film of the frame that is shown."""
+    return next(k for k, (_, frame) in enumerate(sheet.film) if frame.step == sheet.frame.step)
+
+
+def film(sheet: ReportData) -> dict[str, Any]:
+    """The frames for player.js; the one that is shown has its arrays in `network` already."""
+    shown, found = shown_of(sheet), []
+    for number, (label, frame) in enumerate(sheet.film):
+        part = network(replace(sheet, frame=frame))
+        kept = {"cell", "origin", "window"} | ({"arrays"} if number != shown else set())
+        found.append({"label": label} | {name: value for name, value in part.items() if name in kept})
+    return {"frames": found, "shown": shown}
 
 
 def kinds(sheet: ReportData) -> np.ndarray:

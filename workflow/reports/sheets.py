@@ -9,11 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from workflow import __version__
 from workflow.archive.read import Archive
+from workflow.data.frame import Frame
 from workflow.data.notes import tell
 from workflow.data.si import DIMENSIONS, Powder, in_words
 from workflow.errors import InputError, WorkflowError
+from workflow.measures.alike import labels
 from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
 from workflow.pipeline.si import of_frame, of_measures, of_scene
@@ -26,6 +30,8 @@ from workflow.runs.directory import ARCHIVE, FINISHED, RunDirectory
 from workflow.runs.standing import standing
 from workflow.scene.base import Units
 
+FILM, MOST_FRAMES = 4e6, 60  # letters and frames at most that a page plays
+
 
 def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powder | None = None) -> None:
     """Write the page of ``given`` sources, of each run below those that are folders of runs; ``command``: what makes it;
@@ -37,9 +43,10 @@ def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powd
         raise InputError(f"--out {out} is not allowed: the page is HTML; give a name that ends in .html")
     sources = list({found.name: found for source in given for found in _runs(source)}.values())
     sheets, absent = [], []
+    room = FILM / len(sources)
     for name, source in zip(_names(sources), sources, strict=True):
         try:
-            sheets.append(_of_run(name, source) if isinstance(source, Run) else _of_dump(name, source, command))
+            sheets.append(_of_run(name, source, room) if isinstance(source, Run) else _of_dump(name, source, command))
         except WorkflowError as fault:
             if len(sources) == 1 or fault.status == 2:
                 raise
@@ -48,6 +55,9 @@ def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powd
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
+    parameters = [{} if sheet.scene is None else {"scene": sheet.scene.name, **sheet.scene.as_mapping()} for sheet in sheets]
+    words = labels(parameters, [sheet.name for sheet in sheets])
+    sheets = [replace(sheet, label=label) for sheet, label in zip(sheets, words, strict=True)]
     if powder:
         sheets = [replace(sheet, si=_in_si(sheet, powder)) for sheet in sheets]
     write_report(out, sheets[0].name if len(sources) == 1 else f"{len(sources)} runs", sheets, absent)
@@ -89,12 +99,12 @@ def _state(source: Source) -> str:
         return "damaged"
 
 
-def _of_run(name: str, source: Run) -> ReportData:
+def _of_run(name: str, source: Run, room: float) -> ReportData:
     directory = source.run
     scene, state = directory.scene, standing(directory)
     with Archive(directory / ARCHIVE) as archive:
         frame, count, origin = archive.frame(source.number), len(archive), archive.provenance
-        series = archive.series
+        series, film = archive.series, _film(archive, frame, source.number % len(archive), room)
     last = source.number % count == count - 1
     measures = stored_measures(directory) if last and not source.options else source.measures(None)
     note = f"Frame {source.number % count + 1} of {count}, stage {frame.stage}, t = {frame.time:.6g}, step {frame.step}."
@@ -105,8 +115,20 @@ def _of_run(name: str, source: Run) -> ReportData:
         force_unit=scene.force_unit, tolerance=scene.tolerance, cohesive=scene.cohesive, length=1.0, units=scene.units,
         view=VIEWS.get(scene.kind, View)(), scene=scene, series=series, measures=measures,
         numbers=list(lines(measures)), provenance=_provenance(directory, origin),
-        text=(directory / "scene.toml").read_text(encoding="utf-8"),
+        text=(directory / "scene.toml").read_text(encoding="utf-8"), film=film,
     )  # fmt: skip
+
+
+def _film(archive: Archive, shown: Frame, number: int, room: float) -> list[tuple[str, Frame]]:
+    """As many frames with their words as have room on the page, evenly over the run, with the first, the last and the one
+    that is ``shown``; none where that is all there is room for."""
+    size = 17 * shown.grains + 38 * len(shown.interactions)  # bytes of the arrays of `network`
+    most = min(len(archive), int(0.75 * room / size), MOST_FRAMES)  # 4 letters hold 3 bytes
+    if (most < 3 and most < len(archive)) or most < 2:
+        return []
+    chosen = sorted({*np.linspace(0, len(archive) - 1, most).round().astype(int).tolist(), number})
+    frames = [(k, archive.frame(k)) for k in chosen]
+    return [(f"frame {k + 1} of {len(archive)}: {frame.stage}, t = {frame.time:.5g}", frame) for k, frame in frames]
 
 
 def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from workflow.data.frame import Floats, Frame, Ints
 from workflow.errors import InputError
 from workflow.measures.forces import corners
-from workflow.reports.figures import BLUE, FILL, GREEN, OUTLINE, RED, STYLE, PathLike, save
+from workflow.reports.figures import BLUE, FILL, INK, OUTLINE, RED, Paths, panel, save, style
 
 BAR = 0.45  # length of the largest force, in the largest diameter
 DOTTED = (0, (2, 2))
+REPULSIVE: Any = {"color": RED, "linestyle": "-"}
+TENSILE: Any = {"color": BLUE, "linestyle": (0, (3, 1.5))}
 
 
-def triangle(frame: Frame, path: PathLike | Sequence[PathLike], *, tolerance: float) -> None:
+def triangle(frame: Frame, path: Paths, *, tolerance: float) -> None:
     """The disc that two touching discs hold with the largest forces (G07 fig. 16), the line that these must follow, and
     |T/N| beside eq. 20.  ``tolerance``: smaller forces [force] count as none.  Raises InputError if there is no such disc.
     """
@@ -34,7 +35,7 @@ def triangle(frame: Frame, path: PathLike | Sequence[PathLike], *, tolerance: fl
     _draw(cluster, [(apex, base)], dict(zip((*base, apex), "12D", strict=True)), title, path)
 
 
-def double_triangle(frame: Frame, path: PathLike | Sequence[PathLike], *, tolerance: float) -> None:
+def double_triangle(frame: Frame, path: Paths, *, tolerance: float) -> None:
     """Two discs that the same two touching discs hold (G07 fig. 18), with the largest forces of the sample; the force
     between the two must follow the full line if nothing else acts on them.  Arguments and errors as `triangle`."""
     found = corners(frame, tolerance=tolerance)
@@ -85,14 +86,13 @@ class _Cluster:
 
 def _draw(
     cluster: _Cluster, held: Sequence[tuple[int, list[int]]], names: dict[int, str], title: str,
-    path: PathLike | Sequence[PathLike],
+    path: Paths,
 ) -> None:  # fmt: skip
     """Discs, forces as bars through the contacts, dotted the line through the two contacts of each held disc; with two of
     these the full line from the base contact to where the dotted lines meet."""
     frame, table = cluster.frame, cluster.frame.interactions
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3.4, 3.6), layout="constrained")
-        axes = figure.subplots()
+    with style():
+        figure, axes = panel(1.05)
         for grain, name in names.items():
             centre, radius = cluster.place[grain], 0.5 * frame.diameter[grain]
             axes.add_patch(Circle((centre[0], centre[1]), radius, facecolor=FILL, edgecolor=OUTLINE, linewidth=0.8))
@@ -102,20 +102,22 @@ def _draw(
         axes.autoscale(enable=False)  # the lines go on beyond the discs
         lines = [np.array([cluster.point(cluster.contact(apex, other)) for other in base]) for apex, base in held]
         for ends in lines:
-            axes.axline(*_two(ends), color=BLUE, linestyle=DOTTED, linewidth=0.9)
+            axes.axline(*_two(ends), color=INK, linestyle=DOTTED, linewidth=0.9)
         if len(lines) == 2:
             start = cluster.point(cluster.contact(*held[0][1]))
-            axes.axline(*_two(np.array([start, _meeting(*lines)])), color=BLUE, linewidth=0.7)
+            axes.axline(*_two(np.array([start, _meeting(*lines)])), color=INK, linewidth=0.7)
         force = table.force[cluster.rows]
         bars = force * BAR * frame.diameter[cluster.grains].max() / np.hypot(*force.T).max()
         for row, bar in zip(cluster.rows, bars, strict=True):
             ends = cluster.point(row) + np.outer((-0.5, 0.5), bar)
-            axes.plot(*ends.T, color=RED if table.normal_force[row] > 0 else GREEN, linewidth=2.5, solid_capstyle="butt")
+            axes.plot(*ends.T, linewidth=2.5, solid_capstyle="butt", dash_capstyle="butt",
+                      **(REPULSIVE if table.normal_force[row] > 0 else TENSILE))  # fmt: skip
         axes.set_axis_off()
-        axes.set_title(title, fontsize=8)
-        handles = [Line2D([], [], color=RED, label="repulsive"), Line2D([], [], color=GREEN, label="tensile"),
-                   Line2D([], [], color=BLUE, linestyle=DOTTED, label="line of two forces")]  # fmt: skip
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=7)
+        axes.set_title(title)
+        handles = [Line2D([], [], **REPULSIVE, linewidth=2.5, label="repulsive"),
+                   Line2D([], [], **TENSILE, linewidth=2.5, label="tensile"),
+                   Line2D([], [], color=INK, linestyle=DOTTED, linewidth=0.9, label="line of two forces")]  # fmt: skip
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
         save(figure, path)
 
 

@@ -6,19 +6,34 @@ A kind without an entry in VIEWS is shown by `View`: every column of its time se
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workflow.data.frame import Bools, Floats
+from workflow.data.frame import Bools, Floats, Frame
 from workflow.measures.heap import in_heap
 from workflow.measures.packing import coordination
 from workflow.pipeline.heap import ground
-from workflow.reports.figures import BAND, kinds_of_fig2
+from workflow.reports.network import BAND, kinds_of_fig2
 from workflow.reports.numbers import Error, Number, judged, number
 
 if TYPE_CHECKING:
     from workflow.reports.page_data import ReportData
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A frame and what a `View` must know of it: ``force_unit`` F1, below ``tolerance`` F1 there is no force; ``cohesive``: an
+    attraction acts; ``length`` a; ``scene``: None for the dump of another program."""
+
+    frame: Frame
+    force_unit: float
+    tolerance: float
+    cohesive: bool
+    length: float
+    scene: Any
+
 
 KINDS = ("compressive", "tensile", "distant", "no force")  # drawn from the last to the first
 Chart = tuple[str, str, Sequence[str], bool]  # title, unit, columns, logarithmic; {l}, {f}: units of length and force
@@ -31,20 +46,20 @@ class View:
     marks: Sequence[tuple[str, str]] = ()
     flat = False
 
-    def mark(self, sheet: ReportData) -> np.ndarray:
+    def mark(self, sheet: Sight) -> np.ndarray:
         """The mark of each grain, 0 for none, (N,)."""
         return np.zeros(sheet.frame.grains, dtype=int)
 
-    def kinds(self, sheet: ReportData) -> Mapping[str, Bools]:
+    def kinds(self, sheet: Sight) -> Mapping[str, Bools]:
         """Of KINDS but the last, which interactions are of it, (M,)."""
         normal, least = sheet.frame.interactions.normal_force, sheet.tolerance * sheet.force_unit
         return {"compressive": normal > least, "tensile": normal < -least}
 
-    def shown(self, sheet: ReportData) -> Bools:
+    def shown(self, sheet: Sight) -> Bools:
         """The grains that a picture without periodic sides is to hold, (N,)."""
         return np.ones(sheet.frame.grains, dtype=bool)
 
-    def band(self, sheet: ReportData) -> float:
+    def band(self, sheet: Sight) -> float:
         """Width of the line of one force unit: the largest force is 0.7 wide."""
         return 0.7 / max(float(np.abs(sheet.frame.interactions.normal_force).max(initial=0.0)) / sheet.force_unit, 1.0)
 
@@ -76,15 +91,15 @@ class PackingView(View):
 
     marks = (("grey", "rattler"),)
 
-    def mark(self, sheet: ReportData) -> np.ndarray:
+    def mark(self, sheet: Sight) -> np.ndarray:
         """1: rattlers."""
         return coordination(sheet.frame, threshold=sheet.tolerance * sheet.force_unit).rattlers
 
-    def kinds(self, sheet: ReportData) -> Mapping[str, Bools]:
+    def kinds(self, sheet: Sight) -> Mapping[str, Bools]:
         """As in G07 fig. 2."""
-        return {name: rows for name, (rows, _) in kinds_of_fig2(sheet.frame, sheet.force_unit, sheet.tolerance).items()}
+        return {name: kind.rows for name, kind in kinds_of_fig2(sheet.frame, sheet.force_unit, sheet.tolerance).items()}
 
-    def band(self, sheet: ReportData) -> float:
+    def band(self, sheet: Sight) -> float:
         """As in the figures."""
         return (0.3 if sheet.cohesive else BAND) * sheet.length
 
@@ -95,7 +110,10 @@ class PackingView(View):
     def levels(self, sheet: ReportData) -> Mapping[str, tuple[str, float]]:
         """The criteria of equilibrium, and the imposed stress."""
         scene: Any = sheet.scene
-        return {} if scene is None else _tolerances(sheet) | {"stress": ("imposed", scene.pressure)}
+        if scene is None:
+            return {}
+        several = len({scene.pressure_of(stage) for stage in scene.stages.values()} - {None, 0.0}) > 1
+        return _tolerances(sheet) | {"stress": ("imposed at the end" if several else "imposed", scene.pressure)}
 
     def results(self, sheet: ReportData) -> list[Number]:
         """Density, coordination, stress, rigidity."""
@@ -146,12 +164,12 @@ class HeapView(View):
     marks = (("grey", "not in the heap"), ("edge", "fixed base"))
     flat = True
 
-    def mark(self, sheet: ReportData) -> np.ndarray:
+    def mark(self, sheet: Sight) -> np.ndarray:
         """1: grains that are not in the heap; 2: the base."""
         place = ground(sheet.scene)
         return np.where(sheet.frame.ids <= place.base, 2, ~in_heap(sheet.frame, place))
 
-    def shown(self, sheet: ReportData) -> Bools:
+    def shown(self, sheet: Sight) -> Bools:
         """The heap and the base below it."""
         frame, place = sheet.frame, ground(sheet.scene)
         own = in_heap(frame, place)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,7 +17,7 @@ from workflow.reference.cohesive import CohesiveLaw, Floats, Motion, PairLaw
 from workflow.reference.continuous import ContinuousLaw
 from workflow.reference.discs import Discs, Trajectory
 from workflow.reference.integrate import integrate
-from workflow.reports.figures import BLUE, FILL, INK, OUTLINE, RATTLER, RED, STYLE, PathLike, save
+from workflow.reports.figures import BLUE, FILL, INK, OUTLINE, RATTLER, RED, PathLike, save, style
 
 Path = PathLike | Sequence[PathLike]
 CLOSEST = 0.915  # sigma: r_i of B97 fig. 4
@@ -38,7 +37,7 @@ def draw_cohesive_law(path: Path) -> None:
     cone with its tip at N = -F0 (mu = 0.5)."""
     law = CohesiveLaw(kn=1e3, kt=1e3, mu=0.5, f0=1.0, d0=1e-3)
     gap = np.array([-2.5, 0.0, 1.0, 2.0]) * law.d0
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(6.8, 2.8), layout="constrained")
         left, right = figure.subplots(1, 2)
         left.plot(gap / law.d0, normal_force(law, gap), color=INK)
@@ -56,7 +55,7 @@ def draw_continuous_law(path: Path) -> None:
     smooth = ContinuousLaw()
     stiffness = equivalent_stiffness(smooth.index, smooth.cutoff, CLOSEST)
     distance = np.linspace(CLOSEST, smooth.cutoff, 400)
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(3.4, 2.7), layout="constrained")
         axes = figure.subplots()
         for law, colour, dash, name in (
@@ -88,7 +87,7 @@ def draw_fourth_disc(path: Path) -> None:
     """G07 fig. 13: the fourth disc as it comes, where it sticks (dotted), its way, and where it ends."""
     run = fourth_disc()
     start, stuck = run.position[0], run.position[int(np.argmax((run.gap[:, -3:] < 0).any(axis=1)))]
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(3.2, 3.8), layout="constrained")
         axes = figure.subplots()
         for centre in run.position[-1, :3]:

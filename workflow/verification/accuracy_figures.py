@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from workflow.reports.figures import BLUE, GREEN, INK, ORANGE, RED, STYLE, PathLike, save
+from workflow.reports.figures import BLUE, GREEN, INK, ORANGE, RED, PathLike, save, style
 from workflow.verification.accuracy import FewBodyError, PackingStatistics
 
 # drawn one over the other, each smaller than the last, so that curves that coincide are all seen
@@ -26,7 +25,7 @@ def few_figure(
     """
     names = list(dict.fromkeys(row.case for row in rows))
     variants = list(dict.fromkeys(row.variant for row in rows))
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(13.0, 6.4), layout="constrained")
         panels = figure.subplots(2, (len(names) + 1) // 2, squeeze=False).ravel()
         for axes in panels[len(names) :]:
@@ -52,7 +51,7 @@ def many_figure(rows: Sequence[PackingStatistics], path: PathLike) -> None:
     """Packings: solid fraction, coordination and stress with their standard errors, and energy residual, over run time."""
     names = list(dict.fromkeys(row.case for row in rows))
     variants = list(dict.fromkeys(row.variant for row in rows))
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(13.0, 6.0), layout="constrained")
         grid = figure.subplots(len(names), 4, squeeze=False)
         for line, name in zip(grid, names, strict=True):

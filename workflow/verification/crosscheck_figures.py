@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from workflow.reports.figures import BLUE, GREEN, ORANGE, RED, STYLE, PathLike, save
+from workflow.reports.figures import BLUE, GREEN, ORANGE, RED, PathLike, save, style
 from workflow.verification.accuracy_figures import LOOK, panel
 from workflow.verification.crosscheck import CONTROL, EXACT, Result
 from workflow.verification.crosscheck_few import FewBodyError
@@ -21,7 +20,7 @@ def few_figure(rows: Sequence[FewBodyError], path: PathLike) -> None:
     """One column per case: above the difference to the reference of our law, below that to LAMMPS's `granular`."""
     names = list(dict.fromkeys(row.case for row in rows))
     engines = list(dict.fromkeys(row.engine for row in rows))
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(2.3 * len(names), 5.6), layout="constrained")
         grid = figure.subplots(2, len(names), squeeze=False, sharex=True, sharey="row")
         for column, name in zip(grid.T, names, strict=True):
@@ -40,7 +39,7 @@ def few_figure(rows: Sequence[FewBodyError], path: PathLike) -> None:
 def packing_figure(results: Sequence[Result], path: PathLike) -> None:
     """Solid fraction over time of the first seed, N/<N> at the end over all seeds, and what each seed gives."""
     seeds = list(dict.fromkeys(result.row.seed for result in results))
-    with mpl.rc_context(STYLE):
+    with style():
         figure = Figure(figsize=(12.0, 3.8), layout="constrained")
         course, forces, ends = figure.subplots(1, 3)
         for k, (name, colour) in enumerate(COLOURS.items()):

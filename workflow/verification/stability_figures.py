@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from workflow.reports.figures import STYLE, PathLike, save
+from workflow.reports.figures import PathLike, save, style
 from workflow.verification.stability import INACCURATE, REFUSED, STABLE, UNSTABLE, Verdict
 
 # colour and hatch, so that the map reads in grey too
@@ -25,7 +24,7 @@ def stability_map(rows: Sequence[Verdict], path: PathLike) -> None:
     """One line per parameter, one field per value, with the energy residual in percent below it; one map per scheme."""
     schemes = list(dict.fromkeys(row.scheme for row in rows))
     names = list(dict.fromkeys(row.parameter for row in rows))
-    with mpl.rc_context({**STYLE, "hatch.linewidth": 0.3}):
+    with style({"hatch.linewidth": 0.3}):
         figure = Figure(figsize=(9.5 * len(schemes), 0.36 * len(names) + 1.2), layout="constrained")
         panels = figure.subplots(1, len(schemes), squeeze=False)[0]
         for axes, scheme in zip(panels, schemes, strict=True):

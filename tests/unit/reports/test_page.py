@@ -18,7 +18,7 @@ from matplotlib.colors import to_rgb
 from workflow.data.frame import Frame, Interactions
 from workflow.measures.packing import coordination, measure
 from workflow.reports import page_data
-from workflow.reports.figures import kinds_of_fig2
+from workflow.reports.network import kinds_of_fig2
 from workflow.reports.page import with_error, write_report
 from workflow.reports.page_data import KINDS, ReportData, unpacked
 from workflow.reports.study_page import template, write_page
@@ -102,7 +102,7 @@ def test_network_of_the_page_is_that_of_the_frame(tmp_path: Path) -> None:
     assert (place >= ORIGIN - 1e-6).all() and (place <= ORIGIN + CELL + 1e-6).all()
     turns = (place - frame.position) / CELL
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-6)  # float32 of lengths up to 6
-    for name, (rows, _) in kinds_of_fig2(frame, 1.0, 1e-4).items():
+    for name, (rows, *_) in kinds_of_fig2(frame, 1.0, 1e-4).items():
         assert (np.flatnonzero(found["kind"] == KINDS.index(name)) == np.flatnonzero(rows)).all() and rows.any(), name
     assert net["cell"] == CELL.tolist() and net["origin"] == ORIGIN.tolist()
 
@@ -127,6 +127,23 @@ def test_long_series_is_thinned_and_the_page_says_so(tmp_path: Path, monkeypatch
     time = unpacked(page.data["runs"][0]["arrays"]["time"])
     np.testing.assert_allclose(time, np.union1d(np.arange(0.0, 10.05, 0.4), [4.0, 10.0]), rtol=1e-6)
     assert "One row in 4 of 101" in page.source
+
+
+def test_the_film_of_the_page_holds_every_frame_once(tmp_path: Path) -> None:
+    """The arrays of the frame that is shown are those of the network."""
+    one = sheet()
+    frames = [replace(sheet(seed).frame, step=seed, cell=CELL * seed) for seed in (1, 2)]
+    found = [(EVIL, frames[0]), ("two", frames[1]), ("shown", one.frame)]
+    page = written(tmp_path, replace(one, film=found))
+    film = page.data["runs"][0]["film"]
+    assert film["shown"] == 2 and [frame["label"] for frame in film["frames"]] == [EVIL, "two", "shown"]
+    assert "arrays" not in film["frames"][2]
+    for part, frame in zip(film["frames"], frames, strict=False):
+        np.testing.assert_array_equal(unpacked(part["arrays"]["normal"]), np.float32(frame.interactions.normal_force))
+        assert part["cell"] == frame.cell.tolist()
+    slider = next(a for tag, a in page.elements if tag == "input" and a.get("aria-label") == "Frame")
+    assert (slider["max"], slider["value"]) == ("2", "2")
+    assert "film" not in written(tmp_path, one).data["runs"][0]
 
 
 def test_names_are_text_and_nothing_else(tmp_path: Path) -> None:

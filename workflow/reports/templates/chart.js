@@ -1,7 +1,7 @@
 "use strict";
 // Line charts with linear or logarithmic axes.  Charts of one group share the horizontal axis, its zoom and the cursor.
 
-const STROKES = ["distant", "compressive", "tensile", "extra", "idle"];
+const STROKES = ["tensile", "compressive", "extra", "distant", "idle"];
 const DASHES = [[], [7, 3], [8, 3, 2, 3], [2, 3], [12, 3]];
 // Twenty-five lines that differ in colour or dash.
 const lookOf = (k) => ({ stroke: STROKES[k % 5], dash: DASHES[(k + Math.floor(k / 5)) % 5] });
@@ -323,7 +323,8 @@ class Chart {
       ctx.stroke();
       ctx.fillStyle = palette.ink;
       ctx.textAlign = at > this.canvas.clientWidth / 2 ? "right" : "left";
-      ctx.fillText(show(cursor, 4), at + (ctx.textAlign === "left" ? 4 : -4), bottom - 4);
+      const stage = (this.spec.stages || []).findLast((one) => one.x <= cursor);
+      ctx.fillText(show(cursor, 4) + (stage ? `, ${stage.name}` : ""), at + (ctx.textAlign === "left" ? 4 : -4), bottom - 4);
     }
     this.spec.lines.forEach(({ x, y }, k) => {
       const row = cursor === null ? x.length - 1 : this.nearest(x, cursor);

@@ -13,7 +13,6 @@ class Network {
     this.canvas = root.querySelector("canvas");
     this.tip = root.querySelector(".tip");
     this.pinned = root.querySelector(".pinned");
-    this.a = Object.fromEntries(Object.entries(net.arrays).map(([name, array]) => [name, decode(array)]));
     this.hidden = new Set();
     this.marks = false;
     this.widen = 1;
@@ -32,6 +31,7 @@ class Network {
 
   // Discs and lines with the periodic images that reach into the cell, the lines in the order in which they are drawn.
   prepare() {
+    this.a = this.net.decoded ??= Object.fromEntries(Object.entries(this.net.arrays).map(([name, array]) => [name, decode(array)]));
     const { x, y, d, i, j, bx, by, normal, kind } = this.a, [[x0, y0], [w, h]] = [this.net.origin, this.net.cell];
     const [px, py] = this.net.periodic;
     const shifts = (low, high, start, length, periodic) => {
@@ -63,6 +63,28 @@ class Network {
     }
     this.lines.sort((a, b) => b.kind - a.kind || a.width - b.width);
     this.rowOf = new Map(Array.from(this.a.id, (id, k) => [id, k]));
+    const lengths = Array.from(bx, (along, k) => Math.hypot(along, by[k])).sort((p, q) => p - q);
+    this.usual = lengths[lengths.length >> 1] || 1;
+  }
+
+  // Another frame of the run: its arrays and cell, in a window that is as large for all frames.
+  setFrame(part, window) {
+    const grain = this.chosen?.grain === undefined ? null : this.a.id[this.chosen.grain];
+    this.net = { ...this.net, decoded: undefined, ...part, window };
+    this.prepare();
+    part.decoded = this.a;
+    this.hovered = null;
+    this.tip.hidden = true;
+    const row = this.rowOf.get(grain);
+    this.choose(row === undefined ? null : { grain: row });
+    if (!this.zoomed) this.home();
+    for (const box of this.root.querySelectorAll("[data-kind]")) {
+      const own = Number(box.dataset.kind);
+      box.parentElement.querySelector("output").value = this.a.kind.reduce((sum, kind) => sum + (kind === own), 0);
+    }
+    const sliding = this.root.querySelector('[data-control="marks"]');
+    if (sliding) sliding.parentElement.querySelector("output").value = this.a.flag.reduce((sum, flag) => sum + (flag & 1), 0);
+    this.ask();
   }
 
   controls() {
@@ -95,6 +117,8 @@ class Network {
     this.middle = [(left + right) / 2, (bottom + top) / 2];
     this.magnify = 1;
   }
+
+  get dash() { return this.net.dashes.map(([on, off]) => (off ? [on * this.usual * this.scale, off * this.usual * this.scale] : [])); }
 
   get zoomed() { return this.magnify > 1.001; }
 
@@ -318,7 +342,7 @@ class Network {
   }
 
   drawLines(ctx, width, height, k) {
-    ctx.lineCap = "round";
+    const dash = this.dash;
     let kind = -1, thick = -1;
     const flush = () => { if (kind >= 0) ctx.stroke(); };
     for (const line of this.lines) {
@@ -331,12 +355,15 @@ class Network {
         [kind, thick] = [line.kind, wide];
         ctx.strokeStyle = palette[LOOKS[this.net.kinds[kind]]];
         ctx.lineWidth = thick;
+        ctx.setLineDash(dash[kind]);
+        ctx.lineCap = dash[kind].length ? "butt" : "round";
         ctx.beginPath();
       }
       ctx.moveTo(ax, ay);
       ctx.lineTo(bx, by);
     }
     flush();
+    ctx.setLineDash([]);
     if (!this.marks) return;
     ctx.fillStyle = palette.extra;
     ctx.beginPath();
@@ -382,7 +409,7 @@ class Network {
       const ten = 10 ** Math.floor(Math.log10(value));
       return [5, 2, 1].map((m) => m * ten).find((m) => m <= value);
     };
-    const long = round(110 / k), band = this.net.band * this.widen * k, force = round(8 / band);
+    const long = (this.key = round(110 / k)), band = this.net.band * this.widen * k, force = round(8 / band);
     ctx.font = "13px system-ui, sans-serif";
     ctx.textAlign = "left";
     ctx.lineCap = "butt";

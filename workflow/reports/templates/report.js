@@ -12,7 +12,10 @@ function start(article) {
   const number = Number(article.dataset.run), run = data.runs[number];
   if (!run || started.has(number)) return;
   started.add(number);
-  for (const root of article.querySelectorAll(".network")) new Network(root, run.network);
+  for (const root of article.querySelectorAll(".network")) {
+    const network = new Network(root, run.network), player = root.querySelector(".player");
+    if (player) new Player(player, network, run.film);
+  }
   for (const box of article.querySelectorAll("[data-group]")) {
     const group = new Group();
     for (const root of box.querySelectorAll("[data-chart]")) new Chart(root, specOf(run, run.charts[Number(root.dataset.chart)]), group);
@@ -77,7 +80,7 @@ function compare(section) {
       if (!chart) continue;
       spec = spec || chart;
       const [line] = specOf(run, chart).lines;
-      lines.push({ ...line, name: run.name });
+      lines.push({ ...line, name: run.label });
     }
     new Chart(root, { ...spec, lines, stages: [] }, group);
     redraw();

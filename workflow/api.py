@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path, PosixPath
-from typing import Any
+from typing import Any, ClassVar
 
 from workflow.archive.read import Archive
 from workflow.campaign.carry_out import Orders, carry_out
@@ -53,13 +53,15 @@ __all__ = [
 class Picture(PosixPath):
     """The path of a figure; a notebook shows what is in the file."""
 
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+    WIDTH: ClassVar[int] = 560  # pixels in a notebook: figures have the resolution of print
+
+    def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         kind = {".png": "image/png", ".svg": "image/svg+xml", ".gif": "image/gif"}.get(self.suffix.lower())
         if kind is None or not self.is_file():
-            return {"text/plain": str(self)}
+            return {"text/plain": str(self)}, {}
         data = self.read_bytes()
         shown = data.decode() if kind.endswith("xml") else b64encode(data).decode("ascii")
-        return {"text/plain": str(self), kind: shown}
+        return {"text/plain": str(self), kind: shown}, {kind: {"width": self.WIDTH}}
 
 
 @dataclass(frozen=True, repr=False)

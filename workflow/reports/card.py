@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import base64
+import io
 import tempfile
 from html import escape
 from pathlib import Path
+
+from PIL import Image  # which matplotlib needs
 
 from workflow.errors import WorkflowError
 from workflow.pipeline.collect import stored_measures
@@ -15,6 +18,7 @@ from workflow.reports.registry import figures_of
 from workflow.reports.summary import SUMMARIES, lines
 from workflow.runs.directory import ARCHIVE, RunDirectory
 
+PIXELS = 700  # of the longer side of the picture
 ROWS = 12  # of a kind of scene without a summary of its own
 ROW = '<tr><th style="text-align:left;font-weight:normal;opacity:.7">{}</th><td style="text-align:left">{}</td></tr>'
 
@@ -42,6 +46,9 @@ def _picture(directory: RunDirectory) -> str:
     if not usual:
         return ""
     with tempfile.TemporaryDirectory(prefix="wf-card-") as folder:
-        data = draw_one(Run(directory.path), usual[0], Path(folder) / f"{usual[0]}.png").read_bytes()
+        drawn = Image.open(draw_one(Run(directory.path), usual[0], Path(folder) / f"{usual[0]}.png"))
+        drawn.thumbnail((PIXELS, PIXELS))  # it has the resolution of print
+        small = io.BytesIO()
+        drawn.save(small, "PNG")
     return (f'<img alt="{escape(usual[0])}" style="width:22em;max-width:100%" '
-            f'src="data:image/png;base64,{base64.b64encode(data).decode("ascii")}">')  # fmt: skip
+            f'src="data:image/png;base64,{base64.b64encode(small.getvalue()).decode("ascii")}">')  # fmt: skip

@@ -146,8 +146,8 @@ def test_a_notebook_shows_picture_and_measures_of_a_run_and_nothing_is_written(p
 def test_a_figure_is_a_path_that_a_notebook_shows(packing: workflow.Run, tmp_path: Path) -> None:
     for name, kind in {"a.svg": "image/svg+xml", "a.png": "image/png"}.items():
         picture = packing.plot("distribution", tmp_path / name)
-        assert picture == tmp_path / name and set(picture._repr_mimebundle_()) == {"text/plain", kind}
-    assert set(packing.plot("distribution", tmp_path / "a.pdf")._repr_mimebundle_()) == {"text/plain"}
+        assert picture == tmp_path / name and set(picture._repr_mimebundle_()[0]) == {"text/plain", kind}
+    assert set(packing.plot("distribution", tmp_path / "a.pdf")._repr_mimebundle_()[0]) == {"text/plain"}
 
 
 def test_every_dataset_of_a_run_has_a_known_unit(packing: workflow.Run) -> None:

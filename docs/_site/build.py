@@ -35,8 +35,9 @@ def stage() -> None:
         target = STAGED / site
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content if isinstance(content, bytes) else content.encode())
-    with open(STAGED / "index.md", "a", encoding="utf-8") as index:
-        index.write(navigation())
+    for site, contents in navigation().items():
+        with open(STAGED / site, "a", encoding="utf-8") as page:
+            page.write(contents)
 
 
 def main(words: list[str]) -> int:

@@ -6,6 +6,7 @@ from typing import Any
 
 import latex2mathml.converter
 from docutils import nodes
+from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 from workflow import __version__
@@ -44,5 +45,6 @@ def _block(writer: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> None:
-    """Set formulas as MathML, which browsers draw without a script."""
+    """Set formulas as MathML, which browsers draw without a script; leave decks of LIGGGHTS without colours."""
+    app.add_lexer("liggghts", TextLexer)
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))

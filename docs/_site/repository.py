@@ -14,7 +14,7 @@ OUTSIDE = (
 )  # fmt: skip
 NAVIGATION = Path(__file__).with_name("nav.txt")
 LINK = re.compile(r"(!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()([^)\s#]*)((?:#[^)\s]*)?\))")
-CODE = re.compile(r"(^```.*?^```|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"(^```.*?^```)", re.MULTILINE | re.DOTALL)
 DRAWN = re.compile(r"^!\[[^\]]*\]\(([^)]+)\)\n?", re.MULTILINE)  # a figure in a paragraph of its own
 
 
@@ -77,18 +77,24 @@ def rewritten(markdown: str, page: str) -> str:
     return "".join(part if k % 2 else LINK.sub(link, part) for k, part in enumerate(CODE.split(markdown)))
 
 
-def navigation() -> str:
-    """The tables of contents of the first page, from nav.txt; "*" stands for the pages of docs/ that it does not name."""
+def navigation() -> dict[str, str]:
+    """Page of the site -> the table of contents at its end.
+
+    That of the first page is nav.txt, where "*" stands for the pages of docs/ that are not named; examples and validation have
+    one of their folders.
+    """
     text = NAVIGATION.read_text(encoding="utf-8")
     named = {line.strip() for line in text.splitlines()} | {"index"}
     rest = [page.removeprefix("docs/")[:-3] for page in PAGES_OF_DOCS if page.endswith(".md")]
-    parts = []
+    unnamed = "\n".join(page for page in rest if page not in named)
+    first = ""
     for section in re.findall(r"^\S.*\n(?:^ .*\n)*", text, re.MULTILINE):
-        caption, *pages = section.splitlines()
-        listed = [
-            name for page in map(str.strip, pages) for name in ([r for r in rest if r not in named] if page == "*" else [page])
-        ]
-        if caption == "Validation":
-            listed += [page[:-3] for page in outside_pages() if page.startswith("validation/") and page[:-3] not in listed]
-        parts.append("\n```{toctree}\n:hidden:\n:caption: " + caption + "\n\n" + "\n".join(listed) + "\n```\n")
-    return "".join(parts)
+        caption, pages = section.split("\n", 1)
+        first += _contents(
+            f":caption: {caption}", re.sub(r"^ +", "", pages, flags=re.MULTILINE).replace("\n*\n", f"\n{unnamed}\n")
+        )
+    return {"index.md": first} | {f"{folder}/README.md": _contents(":glob:", "*/*\n") for folder in ("examples", "validation")}
+
+
+def _contents(option: str, pages: str) -> str:
+    return f"\n```{{toctree}}\n:hidden:\n{option}\n\n{pages}```\n"

@@ -17,7 +17,7 @@ extensions = ["myst_nb", "sphinx_copybutton"]
 html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
-html_copy_source = html_show_sourcelink = False
+html_copy_source = html_show_sourcelink = html_show_copyright = False
 html_math_renderer = "mathml"
 copybutton_prompt_text = "$ "
 myst_enable_extensions = ["dollarmath", "attrs_inline"]

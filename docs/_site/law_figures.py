@@ -45,8 +45,7 @@ def _svg(draw: Callable[[Axes, Callable], None], ink: str, colours: tuple[str, .
 
     draw(axes, line)
     axes.axhline(0.0, color=ink, linewidth=0.5) if axes.get_yscale() == "linear" else None
-    legend = axes.legend(frameon=False, labelcolor=ink, fontsize=9)
-    legend.set_in_layout(True)
+    figure.legend(loc="outside upper center", ncols=3, frameon=False, labelcolor=ink, fontsize=9, columnspacing=1.2)
     axes.tick_params(colors=ink)
     for text in (axes.xaxis.label, axes.yaxis.label):
         text.set_color(ink)
@@ -70,20 +69,29 @@ def _forces(law: CohesiveLaw | ContinuousLaw, gap: Floats, memory: Floats) -> tu
     return found.normal, found.tangential, found.moment
 
 
-def normal(axes: Axes, line: Callable) -> None:
+def tail(axes: Axes, line: Callable) -> None:
     """Eqs. 4 and 5 at rest, with and without attraction."""
-    gap = np.linspace(-2e-5, 1.2 * D0, 2000)
+    _at_rest(line, np.linspace(-0.02 * D0, 1.2 * D0, 2000), D0)
+    axes.set(xlabel="gap h / D0", ylabel="normal force N / F0", ylim=(-1.2, 1.2))
+
+
+def contact(axes: Axes, line: Callable) -> None:
+    """Eq. 5 at rest, near the overlap at which the force vanishes."""
+    _at_rest(line, np.linspace(-3e-5, 1e-5, 2000), 1e-5)
+    axes.set(xlabel="gap h / (F0/K_N)", ylabel="normal force N / F0")
+
+
+def _at_rest(line: Callable, gap: Floats, unit: float) -> None:
     for law, name in ((COHESIVE, "with attraction"), (CohesiveLaw(kn=KN), "without")):
-        line(gap / D0, _forces(law, gap, np.zeros((2, len(gap))))[0], name)
-    axes.set(xlabel="gap h / D0", ylabel="normal force N / F0")
+        line(gap / unit, _forces(law, gap, np.zeros((2, len(gap))))[0], name)
 
 
 def impact(axes: Axes, line: Callable) -> None:
     """Eqs. 4 to 6 in head-on impacts of two equal discs."""
     for law, speed, name in (
-        (COHESIVE, 2.0, "rebound at 2 a/T0"),
-        (COHESIVE, 0.5, "capture at 0.5 a/T0"),
-        (CohesiveLaw(kn=KN, zeta=0.8), 2.0, "without attraction, 2 a/T0"),
+        (COHESIVE, 2.0, "rebound, 2 a/T0"),
+        (COHESIVE, 0.5, "capture, 0.5 a/T0"),
+        (CohesiveLaw(kn=KN, zeta=0.8), 2.0, "no attraction, 2 a/T0"),
     ):
         discs = Discs(
             position=np.array([[0.0, 0.0], [1.0 + 1.1 * D0, 0.0]]),
@@ -93,7 +101,7 @@ def impact(axes: Axes, line: Callable) -> None:
         )
         path = integrate(law, discs, 0.02, t_eval=np.linspace(0.0, 0.02, 4000))
         line(path.gap[:, 0] / D0, path.normal[:, 0], name)
-    axes.set(xlabel="gap h / D0", ylabel="normal force N / F0", xlim=(-4.0, 1.2))
+    axes.set(xlabel="gap h / D0", ylabel="normal force N / F0", xlim=(-2.2, 1.2))
 
 
 def _cycle(limit: float) -> tuple[Floats, Floats]:
@@ -110,7 +118,7 @@ def friction(axes: Axes, line: Callable) -> None:
     for overlap in (1e-5, 2e-5):
         way, kept = _cycle(COHESIVE.mu * overlap)
         gap = np.full_like(way, -overlap)
-        line(way / 1e-5, _forces(COHESIVE, gap, np.stack((kept, 0 * kept)))[1], f"elastic force Ne = {KN * overlap:g} F0")
+        line(way / 1e-5, _forces(COHESIVE, gap, np.stack((kept, 0 * kept)))[1], f"elastic force {KN * overlap:g} F0")
     axes.set(xlabel="tangential displacement / 1e-5 a", ylabel="tangential force T / F0")
 
 
@@ -119,9 +127,7 @@ def rolling(axes: Axes, line: Callable) -> None:
     for overlap in (1e-5, 2e-5):
         way, kept = _cycle(COHESIVE.mur * KN * overlap / COHESIVE.kr)
         gap = np.full_like(way, -overlap)
-        line(
-            way / 1e-4, _forces(COHESIVE, gap, np.stack((0 * kept, kept)))[2] / 1e-3, f"elastic force Ne = {KN * overlap:g} F0"
-        )
+        line(way / 1e-4, _forces(COHESIVE, gap, np.stack((0 * kept, kept)))[2] / 1e-3, f"elastic force {KN * overlap:g} F0")
     axes.set(xlabel="relative rotation / 1e-4", ylabel="rolling moment / 1e-3 F0 a")
 
 
@@ -151,7 +157,8 @@ def continuous_friction(axes: Axes, line: Callable) -> None:
 
 
 FIGURES = {
-    "normal": normal,
+    "tail": tail,
+    "contact": contact,
     "impact": impact,
     "friction": friction,
     "rolling": rolling,

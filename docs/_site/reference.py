@@ -71,19 +71,29 @@ def python() -> str:
 
 def _documented(name: str, thing: Any, level: int) -> str:
     """Heading, signature and docstring; the docstring is Markdown but for its stars."""
-    function = thing.fget if isinstance(thing, property) else thing
     text = re.sub(r"(?<!^)(?<!\n)\*", r"\\*", inspect.getdoc(thing) or "").replace("``", "`")
-    returns = inspect.signature(function).return_annotation if inspect.isfunction(function) else ""
     if isinstance(thing, property):
-        call = f"{name}: {returns}"
-    elif inspect.isfunction(thing):
-        call = f"{name}{inspect.signature(thing)}"
+        call = f"{name}: {inspect.signature(thing.fget).return_annotation}"  # type: ignore[arg-type]
     else:
-        call = f"class {name}"
-    call = (
-        call.replace("'", "") if len(call) < 100 else call.replace("'", "").replace("(", "(\n    ", 1).replace(", ", ",\n    ")
-    )
+        call = f"{name}{_call(thing)}" if inspect.isfunction(thing) else f"class {name}"
     return f"{'#' * level} {name}\n\n```python\n{call}\n```\n\n{text}"
+
+
+def _call(function: Any) -> str:
+    """The parameters with annotations and defaults, a line each where they do not fit one."""
+    found = inspect.signature(function)
+    parts, positional = [], True
+    for one in found.parameters.values():
+        if one.kind is one.KEYWORD_ONLY and positional:
+            parts, positional = [*parts, "*"], False
+        annotation = "" if one.annotation is one.empty else f": {one.annotation}"
+        default = "" if one.default is one.empty else f" = {one.default!r}"
+        if one.name != "self":
+            parts.append(f"{'**' if one.kind is one.VAR_KEYWORD else ''}{one.name}{annotation}{default}")
+    line = ", ".join(parts)
+    if len(line) > 80:
+        line = "".join(f"\n    {part}," for part in parts) + "\n"
+    return f"({line}) -> {found.return_annotation}"
 
 
 # ---- commands

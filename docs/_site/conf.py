@@ -28,6 +28,7 @@ nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 exclude_patterns = ["**/README.rst"]
 highlight_language = "text"
+smartquotes = False  # two dashes begin an option
 
 
 def _mathml(text: str, display: str) -> str:

@@ -37,8 +37,9 @@ def generated_pages() -> dict[str, str]:
 
 
 def _cell(text: Any) -> str:
-    """Text in a cell of a table: no bar and no mark of Markdown acts there."""
-    return re.sub(r"([|*_<>\[\]`])", r"\\\1", " ".join(str(text).split()))
+    """Text in a cell of a table: of the marks of Markdown only those of code act."""
+    parts = re.split(r"(`[^`]*`)", " ".join(str(text).split()))
+    return "".join(re.sub(r"([|])" if k % 2 else r"([|*_<>\[\]`])", r"\\\1", part) for k, part in enumerate(parts))
 
 
 def _table(head: str, rows: Iterator[str]) -> str:

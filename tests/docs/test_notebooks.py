@@ -68,6 +68,15 @@ def test_notebook_runs_from_above_to_below(path: Path, kernel: str, tmp_path: Pa
         assert any("data:image/png;base64," in html and "solid fraction" in html for html in shown["text/html"])
 
 
+def test_program_of_the_first_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        exec(compile(program.replace("n=200, phi0=0.36", "n=60, phi0=0.6, kappa=1e3"), "docs/index.md", "exec"), {})
+    assert out.getvalue().startswith("0.") and (tmp_path / "packing" / "forces.png").is_file()
+
+
 def test_recipes_run_in_their_order_and_print_what_the_page_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = (ROOT / "docs" / "howto.md").read_text(encoding="utf-8")
     recipes = RECIPE.findall(page)

@@ -104,7 +104,8 @@ def cli() -> str:
     commands = next(action for action in top._actions if isinstance(action, argparse._SubParsersAction))
     parts = [
         "# Commands",
-        "Made from the parsers of `wf`, version of this site. `wf COMMAND --help` prints the same.",
+        "Made from the parsers of `wf`. `wf COMMAND --help` prints the same. The parameters of scenes, which are options of "
+        "`wf run` and `wf deck`, are listed under [scenes](scenes.md).",
         _table(
             "| command | what it does |",
             (f"| [`wf {listed.dest}`](#wf-{listed.dest}) | {_cell(listed.help)} |" for listed in commands._choices_actions),

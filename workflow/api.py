@@ -1,9 +1,9 @@
 """The public functions of the package: scenes run, opened, measured, drawn, reported and swept from Python.
 
-    >>> import workflow
-    >>> packing = workflow.run(workflow.Method1(n=400, mu=0.3))
-    >>> packing.measures["solid_fraction"], packing.frames[-1].position.shape
-    >>> workflow.plot(packing, "distribution")
+    >>> import workflow as wf
+    >>> packing = wf.run("method1", n=400, mu=0.3)
+    >>> packing.measures["solid_fraction"], packing.frames[-1].interactions.to_pandas()
+    >>> packing.plot("distribution")
 
 Wrong input raises `InputError`, a `ValueError` whose message is one sentence; see `workflow.errors` for the others.
 """
@@ -11,11 +11,13 @@ Wrong input raises `InputError`, a `ValueError` whose message is one sentence; s
 from __future__ import annotations
 
 import math
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PosixPath
+from typing import Any, ClassVar
 
 from workflow.archive.read import Archive
 from workflow.campaign.carry_out import Orders, carry_out
@@ -24,7 +26,8 @@ from workflow.campaign.study import Study
 from workflow.campaign.sweep import points_of
 from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame
-from workflow.errors import EngineError, InputError
+from workflow.data.series import read_last_row
+from workflow.errors import EngineError, InputError, WorkflowError
 from workflow.measures.registry import chosen_groups, plain
 from workflow.pipeline import run as pipeline
 from workflow.pipeline import sources as pipeline_sources
@@ -47,11 +50,44 @@ __all__ = [
 ]  # fmt: skip
 
 
-@dataclass(frozen=True)
+class Picture(PosixPath):
+    """The path of a figure; a notebook shows what is in the file."""
+
+    WIDTH: ClassVar[int] = 560  # pixels in a notebook: figures have the resolution of print
+
+    def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        kind = {".png": "image/png", ".svg": "image/svg+xml", ".gif": "image/gif"}.get(self.suffix.lower())
+        if kind is None or not self.is_file():
+            return {"text/plain": str(self)}, {}
+        data = self.read_bytes()
+        shown = data.decode() if kind.endswith("xml") else b64encode(data).decode("ascii")
+        return {"text/plain": str(self), kind: shown}, {kind: {"width": self.WIDTH}}
+
+
+@dataclass(frozen=True, repr=False)
 class Run:
-    """A run in its ``directory``, made by `run` or found by `open`."""
+    """A run in its ``directory``, made by `run` or found by `open`.  A notebook shows its first figure and its summary."""
 
     directory: Path
+
+    def __repr__(self) -> str:
+        scene, time = self.scene, ""
+        with suppress(WorkflowError, OSError, KeyError):  # it has no row yet, or is caught in the middle of a write
+            time = f" at t = {read_last_row(self.directory / 'series.txt')['time'][-1]:.6g} {scene.units.plain.time}"
+        return f"<Run {str(self.directory)!r}: {scene.name}, {scene.sample}, {self.status}{time}>"
+
+    def _repr_html_(self) -> str:
+        from workflow.reports.card import card
+
+        return card(self._record)
+
+    def plot(self, figure: str = "forces", out: str | PathLike[str] | None = None, frame: int = -1) -> Picture:
+        """Draw a figure of `wf plot`, see `plot`."""
+        return plot(self, figure, out, frame)
+
+    def report(self, out: str | PathLike[str] | None = None) -> Path:
+        """Write the HTML page of the run, see `report`."""
+        return report(self, out)
 
     @property
     def scene(self) -> Scene:
@@ -93,7 +129,8 @@ Source = Run | str | PathLike[str]
 
 
 def run(scene: Scene | str | PathLike[str], out: str | PathLike[str] | None = None, ranks: int = 1, **parameters: Any) -> Run:
-    """Run a scene to its end, archive and measure it; progress goes to standard error.
+    """Run a scene to its end, archive and measure it; progress goes to standard error, or to the cell of a
+    notebook.
 
     ``scene``: a scene, ``Method1(mu=0.3)``; or the name of one, or the path of a TOML file, with ``parameters`` on top.
     ``out``: the run directory, made now (None: runs/NAME-HASH); ``ranks``: MPI ranks on this machine.
@@ -156,8 +193,8 @@ def measure(
     return dict(plain(measures_of_dump(source, settings, chosen_groups(groups, source.grains))))
 
 
-def plot(source: Source, figure: str = "forces", out: str | PathLike[str] | None = None, frame: int = -1) -> Path:
-    """Draw a figure of `wf plot` of one run; the path of the file.
+def plot(source: Source, figure: str = "forces", out: str | PathLike[str] | None = None, frame: int = -1) -> Picture:
+    """Draw a figure of `wf plot` of one run; the path of the file, which a notebook shows.
 
     ``figure``: its name; ``out``: the file, of any format that matplotlib writes (None: in the run directory, PNG where the
     figure has no format of its own); ``frame``: negative from the end.  Raises InputError for a figure or a format that does
@@ -165,7 +202,7 @@ def plot(source: Source, figure: str = "forces", out: str | PathLike[str] | None
     """
     from workflow.reports.draw import draw_one
 
-    return draw_one(pipeline_sources.Run(_opened(source).directory, frame), figure, None if out is None else Path(out))
+    return Picture(draw_one(pipeline_sources.Run(_opened(source).directory, frame), figure, None if out is None else Path(out)))
 
 
 def report(source: Source, out: str | PathLike[str] | None = None) -> Path:

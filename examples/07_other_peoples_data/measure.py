@@ -1,4 +1,7 @@
-"""Measures of grains that other programs made: LAMMPS dumps on the command line, arrays and a Universe in Python."""
+"""Measures of grains that other programs made: LAMMPS dumps, arrays, a Universe.
+
+The same on the command line: wf measure grains.dump --contacts contacts.dump --mu 0.3 --kn 1000 --kt 286
+"""
 
 import os
 import subprocess
@@ -8,6 +11,7 @@ from pathlib import Path
 import MDAnalysis
 import numpy as np
 
+import workflow as wf
 from workflow.archive.foreign import foreign_frames, universe_frame
 from workflow.data.balance import solid_fraction
 from workflow.data.build import make_frame
@@ -19,13 +23,11 @@ deck = Path(__file__).with_name("pack.in").read_text()
 Path("pack.in").write_text(deck)
 subprocess.run(["lmp", "-in", "pack.in", "-var", "grains", grains, "-screen", "none", "-log", "none"], check=True)
 
-# the command line: dumps in, numbers and figures out
-dumps = ["grains.dump", "--contacts", "contacts.dump", "--mu", "0.3", "--kn", "1000", "--kt", "286"]
-subprocess.run(["wf", "measure", *dumps, "--only", "forces,rigidity"], check=True)
-subprocess.run(["wf", "plot", *dumps, "--figure", "forces,cloud", "--format", "png"], check=True)
-
-# the same in Python
-frame = next(foreign_frames("grains.dump", "contacts.dump"))
+# dumps: a frame, and the law of its contacts
+frame = next(foreign_frames("grains.dump", "contacts.dump", friction=0.3))
+found = wf.measure(frame, groups=["forces", "rigidity"], law=wf.ContactLaw(kn=1000.0, kt=286.0, mu=0.3))
+print(frame, frame.interactions, sep="\n")
+print("hyperstaticity", found["rigidity"]["hyperstaticity"], "floppy modes", found["rigidity"]["floppy_modes"])
 print(f"{frame.grains} grains, {len(frame.interactions)} contacts, z = {coordination(frame, threshold=1e-6).z:.3f}")
 print("forces percolate up to", percolation(frame).any)
 

@@ -2,23 +2,19 @@
 
 import math
 import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
-from workflow.archive.read import Archive
+import workflow as wf
 
 GRAINS = int(os.environ.get("WORKFLOW_EXAMPLE_GRAINS", "1000"))
 PHI, ZETA, SPEED = 0.2, 0.05, 1.0
 SCENE = Path(__file__).resolve().parent / "scene" / "free_cooling.py"
 
 os.environ["WORKFLOW_SCENES"] = str(SCENE)
-for words in (["run", "free_cooling", "--n", GRAINS, "--zeta", ZETA, "--phi0", PHI, "--out", "gas"], ["measure", "gas"]):
-    subprocess.run(["wf", *map(str, words)], check=True)
-
-with Archive("gas/run.h5") as archive:
-    time, kinetic = archive.series["time"], archive.series["kinetic"]
+gas = wf.run("free_cooling", n=GRAINS, zeta=ZETA, phi0=PHI, out="gas")
+time, kinetic = gas.series["time"], gas.series["kinetic"]
 
 # restitution of the damped spring; Enskog's collision frequency of discs of diameter and mass 1 at temperature v0^2/2
 restitution = math.exp(-math.pi * ZETA / math.sqrt(1.0 - ZETA**2))

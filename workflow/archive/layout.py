@@ -29,6 +29,19 @@ PROVENANCE = "provenance"
 SERIES = "observables"
 SHORT_SERIES = "series"
 
+UNITS = ("length_unit", "force_unit", "time_unit")  # attributes of the file; each dataset has ``units`` (workflow.data.units)
+
+
+def quantity_of(path: str) -> tuple[str, bool]:
+    """Name under which `workflow.data.units` knows a dataset, and whether it is a column of the time series."""
+    parts = path.split("/")
+    leaf = parts[-2] if parts[-1] == "value" else parts[-1]
+    if parts[0] in (SERIES, SHORT_SERIES):
+        return leaf, True
+    fields_of = VECTORS | SCALARS | CONSTANTS | {"edges": "cell"} | {stored: field for field, stored in COLUMNS.items()}
+    return fields_of.get(leaf, "ids" if leaf == "id" else leaf), False
+
+
 # What must be there: path -> (kinds of NumPy type, shape).  F frames, G grains, M contacts of all frames; numbers as they are.
 REQUIRED: dict[str, tuple[str, tuple[str | int, ...]]] = {
     STAGE: ("SO", ("F",)),

@@ -18,6 +18,7 @@ from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.data.files import PathLike
 from workflow.data.frame import Floats, Frame, Interactions, Tracks, validate_frame
+from workflow.data.units import Units
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:
@@ -187,8 +188,16 @@ class Archive:
             cell=group["box/edges/value"][k, :2],
             interactions=self._contacts(k, constants["ids"]),
             periodic=self._periodic,
+            units=self.units,
             **vectors, **scalars, **constants,
         )  # fmt: skip
+
+    @cached_property
+    def units(self) -> Units | None:
+        """Names of the units in ASCII; None for a file that states none, as those of version 0.3 and before."""
+        with self._reading("units"):
+            names = [self._file.attrs.get(name) for name in layout.UNITS]
+            return Units(*(name.decode() for name in names)) if all(isinstance(name, bytes) for name in names) else None
 
     @cached_property
     def _periodic(self) -> tuple[bool, bool]:
@@ -226,6 +235,9 @@ class Frames(Sequence[Frame]):
 
     def __len__(self) -> int:
         return len(self._archive)
+
+    def __repr__(self) -> str:
+        return f"<Frames: {len(self)} in {', '.join(self._archive.ends)}>"
 
     def __iter__(self) -> Iterator[Frame]:
         return (self._archive.frame(k) for k in range(len(self)))

@@ -12,6 +12,7 @@ import numpy as np
 from workflow.archive import layout
 from workflow.data.files import PathLike, atomic_write
 from workflow.data.frame import Floats, Frame, Ints, Tracks
+from workflow.data.units import Units
 from workflow.errors import ArchiveError, InputError
 
 # Rows per HDF5 chunk: 64 kB of float64, small against a frame of a real run and no waste in a small one.
@@ -30,12 +31,14 @@ def write_archive(
     series: Mapping[str, Floats],
     provenance: Mapping[str, Any],
     tracks: Tracks | None = None,
+    units: Units | None = None,
 ) -> None:
     """Write ``frames`` (streamed: one in memory at a time), ``series`` and ``provenance`` to one H5MD 1.1 file.
 
     ``series``: name -> (rows,) float64 with ``step`` and ``time`` (see `read_series`), or empty.  ``provenance``: JSON
     data; its ``author`` and ``version``, if any, fill the H5MD author and creator.  Grains may appear (with ids above
-    those known) and vanish; mass and diameter are constant.  The file appears complete or not at all.  Raises
+    those known) and vanish; mass and diameter are constant.  With ``units`` every dataset states its own in the attribute
+    ``units`` (see `layout.quantity_of`; "1" for a number, "none" for text).  The file appears complete or not at all.  Raises
     ArchiveError (no frame, inconsistent grains, unwritable path) and InputError (provenance is no JSON).
     """
     try:
@@ -55,6 +58,8 @@ def write_archive(
         text = document.encode()
         kind = h5py.string_dtype(length=max(len(text), 1))
         file.create_dataset(layout.PROVENANCE, data=np.array([text], dtype=kind), chunks=(1,), **CHECKED)
+        if units is not None:
+            _state_units(file, units.plain)
 
 
 def _head(file: h5py.File, provenance: Mapping[str, Any]) -> None:
@@ -185,6 +190,25 @@ def _tracks(file: h5py.File, tracks: Tracks) -> None:
     for name, values in (("time", tracks.time), ("id", tracks.ids), ("position", position)):
         chunks = True if values.size else None  # of nothing there are none
         group.create_dataset(name, data=values, chunks=chunks, **({**COMPRESSION, **CHECKED} if values.size else {}))
+
+
+def _state_units(file: h5py.File, units: Units) -> None:
+    """The names of the units at the root, that of every dataset beside it.
+
+    ``units``, as netCDF and its readers have it: H5MD's ``unit`` is for SI and the like, and MDAnalysis refuses all others.
+    Of fixed length, as STAGE_NAME.
+    """
+    for name, unit in zip(layout.UNITS, units, strict=True):
+        file.attrs[name] = np.bytes_(unit)
+
+    def state(path: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset):
+            quantity, of_series = layout.quantity_of(path)
+            text = item.dtype.kind in "SO"
+            unit = "none" if text else units.of_series(quantity) if of_series else units.of(quantity)
+            item.attrs["units"] = np.bytes_(unit)
+
+    file.visititems(state)
 
 
 def _series(file: h5py.File, series: Mapping[str, Floats], frames: int) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections import deque
@@ -15,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import IO, TextIO
 
 from workflow.campaign.study import DONE, FAILED, INTERRUPTED, RUNNING, Point, PointLocks, PointStatus, Study, remaining
+from workflow.data.notebook import progress_output
 from workflow.errors import InputError
 from workflow.runs import directory as rundir
 from workflow.runs.child_process import with_parent
@@ -60,7 +60,7 @@ def compute(
     one at once; the next call continues them.
     """
     with study.claims() as claims:
-        crew = Runner(study, claims, jobs, ranks, retry, options, out or sys.stderr)
+        crew = Runner(study, claims, jobs, ranks, retry, options, out or progress_output())
         try:
             while crew.waiting or crew.running:
                 while crew.waiting and len(crew.running) < crew.jobs:

@@ -40,7 +40,7 @@ ENDED = {
     "PREEMPTED": "its job was preempted",
     "FAILED": "its job failed",
     "COMPLETED": "",
-    "UNKNOWN": "Slurm knows its job no more: it was killed, or its node failed",
+    "UNKNOWN": "Slurm has no record of its job: it was killed, or its node failed",
 }
 Task = tuple[str, int]  # id of the array, number in it
 

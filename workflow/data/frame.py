@@ -9,12 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workflow.data.pandas_tables import data_frame
+from workflow.data.units import Units
 from workflow.errors import ArchiveError, InputError
+
+if TYPE_CHECKING:
+    import pandas
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -22,6 +27,7 @@ Bools = NDArray[np.bool_]
 
 AT_ONCE = 65_536  # rows of a table that are Python objects
 PARTS = ("elastic", "viscous", "attraction")  # of the normal force
+PER_GRAIN = ("ids", "diameter", "mass", "position", "velocity", "omega", "force", "torque")  # fields of a frame
 LARGEST = 1e30  # no number of a frame is larger: its powers stay finite, and it fits float32
 
 
@@ -31,7 +37,7 @@ def plain_rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
         yield from zip(*(column[k : k + AT_ONCE].tolist() for column in columns), strict=True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Interactions:
     """Interactions of one frame, one row each: contacts (gap < 0) and distant pairs (0 <= gap <= D0, or a contact that opened
     in the last step and is still due a viscous force).
@@ -69,6 +75,18 @@ class Interactions:
     def __len__(self) -> int:
         return len(self.i)
 
+    def __repr__(self) -> str:
+        contacts = int(self.in_contact.sum())
+        return f"<Interactions: {len(self)} pairs, {contacts} in contact, {len(self) - contacts} distant>"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row per interaction: the fields by their names (branch_x, branch_y), in_contact, distance and normal_force.
+
+        Raises EnvironmentFault if pandas is not installed.
+        """
+        derived = {name: getattr(self, name) for name in ("in_contact", "distance", "normal_force")}
+        return data_frame({f.name: getattr(self, f.name) for f in fields(self)} | derived)
+
     @property
     def normal_force(self) -> Floats:
         """N = N_e + N_v + N_a, (M,), repulsion positive (G07 eqs. 4, 5)."""
@@ -101,14 +119,15 @@ class Interactions:
         return Interactions(*(getattr(self, f.name)[rows] for f in fields(self)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Frame:
     """One instant: grains (sorted by id) in a rectangular periodic cell, with their interactions.
 
     ``cell`` (2,): lengths L1, L2.  ``origin`` (2,): lower corner.  Per grain: ``ids`` (N,) int64, ``diameter``, ``mass`` (N,),
     ``position``, ``velocity`` (N, 2) (velocity relative to the affine motion of the cell), ``omega`` (N,),
     ``force`` (N, 2) and ``torque`` (N,) as the engine summed them.  ``periodic``: of the axes x, y.  ``lacks``: what the
-    source does not give, see `without`.  ``notes``: what is to be said of the source with every number.
+    source does not give, see `without`.  ``notes``: what is to be said of the source with every number.  ``units``: their
+    names in ASCII, None where the source states none.
     """
 
     step: int
@@ -128,6 +147,21 @@ class Frame:
     periodic: tuple[bool, bool] = (True, True)
     lacks: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    units: Units | None = None
+
+    def __repr__(self) -> str:
+        length, time = (f" {self.units.length}", f" {self.units.time}") if self.units else ("", "")
+        clock = "" if "time" in self.lacks else f" t = {self.time:.6g}{time},"
+        cell = " x ".join(f"{side:.4g}" for side in self.cell.tolist())
+        return (f"<Frame{f' {self.stage!r}' if self.stage else ''}:{clock} step {self.step}, {self.grains} grains, "
+                f"{len(self.interactions)} interactions, cell {cell}{length}>")  # fmt: skip
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row per grain, in the order to which ``interactions.i`` and ``j`` refer; vectors as two columns, position_x ...
+
+        Raises EnvironmentFault if pandas is not installed.
+        """
+        return data_frame({name: getattr(self, name) for name in PER_GRAIN})
 
     @property
     def grains(self) -> int:
@@ -150,8 +184,7 @@ class Frame:
         row = np.cumsum(kept) - 1
         table = self.interactions.select(kept[self.interactions.i] & kept[self.interactions.j])
         table = replace(table, i=row[table.i], j=row[table.j])
-        names = ("ids", "diameter", "mass", "position", "velocity", "omega", "force", "torque")
-        return replace(self, interactions=table, **{name: getattr(self, name)[kept] for name in names})
+        return replace(self, interactions=table, **{name: getattr(self, name)[kept] for name in PER_GRAIN})
 
 
 @dataclass(frozen=True)

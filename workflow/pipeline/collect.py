@@ -53,7 +53,7 @@ def write(directory: RunDirectory) -> None:
         directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
     )
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
-    write_archive(directory / ARCHIVE, frames, series, provenance, tracks)
+    write_archive(directory / ARCHIVE, frames, series, provenance, tracks, scene.units)
 
 
 def dump_sizes(directory: RunDirectory) -> dict[str, int]:

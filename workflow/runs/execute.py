@@ -9,7 +9,6 @@ import reprlib
 import shlex
 import shutil
 import signal
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from workflow.data.files import read_plain, regular
+from workflow.data.notebook import progress_output
 from workflow.deck.template import DECK
 from workflow.errors import ArchiveError, EngineError, InputError, WorkflowError
 from workflow.runs.checkpoint import ACCOUNT, CheckpointChecksums
@@ -44,15 +44,14 @@ def execute(
 ) -> str:  # fmt: skip
     """Run (or continue) the deck of ``directory`` on ``ranks`` MPI ranks, ``then`` collect what it wrote; returns its status.
 
-    Progress goes to ``out``, by default standard error.  A KeyboardInterrupt asks the engine to stop: it writes a
-    checkpoint and the last frame, and the status is INTERRUPTED; a second one, or a signal that reaches the engine
-    itself, ends it at once, with the newest checkpoint to go on from.  Raises EngineError with the engine's own words
-    if it fails; what it wrote stays.  InputError if version or deck are not those of the run, or of its scene
-    (``any_deck`` accepts that);
-    ArchiveError if what a checkpoint needs is lost (``anew`` begins again then).
+    Progress goes to ``out``, by default standard error, or the cell of a notebook.  A KeyboardInterrupt asks the engine to
+    stop: it writes a checkpoint and the last frame, and the status is INTERRUPTED; a second one, or a signal that reaches
+    the engine itself, ends it at once, with the newest checkpoint to go on from.  Raises EngineError with the engine's own
+    words if it fails; what it wrote stays.  InputError if version or deck are not those of the run, or of its scene
+    (``any_deck`` accepts that); ArchiveError if what a checkpoint needs is lost (``anew`` begins again then).
     """
     engine()  # before anything is changed: is everything there?
-    out = out or sys.stderr
+    out = out or progress_output()
     with directory.lock() as lock:
         _require_files(directory)
         check_inputs(directory, executed=True, continued=resume, any_deck=any_deck)

@@ -17,29 +17,25 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields
+from html import escape
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.data.frame import Floats
+from workflow.data.units import Units
+from workflow.errors import InputError
 from workflow.scene.parameter import quantity_of
 from workflow.scene.parts import Readings
 from workflow.scene.time_step import Step
 
 
-class Units(NamedTuple):
-    """Names of the units of length, force and time."""
-
-    length: str
-    force: str
-    time: str
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Scene(Readings):
     """Base of every scene; every parameter is a field (`quantity`), every derived number a property.
 
@@ -48,7 +44,8 @@ class Scene(Readings):
     text; ``ends_in_equilibrium``: its last stage waits for that; ``stream``: first word of the seeds of its random streams,
     None for its name.
 
-    To be given: `size`, `step_choice`, `discs` and `variables`.  The rest has a default.
+    To be given: `size`, `step_choice`, `discs` and `variables`.  The rest has a default.  A subclass that is a dataclass with
+    ``repr=False`` has the short repr of this class.
     """
 
     name: ClassVar[str] = ""
@@ -59,6 +56,33 @@ class Scene(Readings):
     figures: ClassVar[tuple[str, ...]] = ()
     ends_in_equilibrium: ClassVar[bool] = False
     stream: ClassVar[str | None] = None
+
+    def __repr__(self) -> str:
+        """The call that makes it: parameters that are not as this class would choose them."""
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.chosen().items())})"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: every parameter with its unit and meaning, those that were chosen in bold."""
+        chosen = self.chosen()
+        rows = []
+        for item in fields(self):
+            known, value = quantity_of(item), getattr(self, item.name)
+            text = escape("" if value is None else f"{value} {known.unit}".strip())
+            shown = f"<b>{text}</b>" if item.name in chosen else text
+            rows.append(f"<tr><td>{item.name}</td><td>{shown}</td><td>{escape(known.meaning)}</td></tr>")
+        head = f"{escape(self.title)}; {escape(self.sample)}"
+        return f"<details><summary><code>{escape(repr(self))}</code> {head}</summary><table>{''.join(rows)}</table></details>"
+
+    def chosen(self) -> dict[str, Any]:
+        """The parameters that are needed to make this scene again, the others follow from them."""
+        usual = type(self)()
+        found = {name: value for name, value in self.as_mapping().items() if value != getattr(usual, name)}
+        for item in fields(self):
+            if item.name in found and item.default is None:  # it may follow from the others
+                rest = {name: value for name, value in found.items() if name != item.name}
+                with suppress(InputError):
+                    found = rest if type(self)(**rest) == self else found
+        return found
 
     # ---- what is run
     @property

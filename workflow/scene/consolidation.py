@@ -16,7 +16,7 @@ from workflow.scene.parameter import parameter
 MOST_STRESSES = 200  # of one run
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Consolidation(Method2):
     """Scene `consolidation`.
 

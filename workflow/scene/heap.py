@@ -32,7 +32,7 @@ STEPS_TO_LIMIT = {"paper": 6.1, "second": 10.0}
 FASTEST_APPROACH = 2.0  # times the impact speed: of two grains within reach of the feed
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Heap(Scene):
     """Scene `heap`; every parameter is a field, every derived number a property."""
 

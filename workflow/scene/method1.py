@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from workflow.scene.packing import Packing
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Method1(Packing):
     """Scene `method1`."""
 

@@ -25,7 +25,7 @@ SERIES: dict[str, dict[str, float]] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Method2(Packing):
     """Scene `method2`.
 

@@ -26,7 +26,7 @@ LAW = "common/law_cohesive.in"  # of lammps_inputs/, or beside the template
 DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields count from the last: grains first
     """Base of the scenes that assemble a packing; every parameter is a field, every derived number a property.
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 import workflow
-from workflow.errors import InputError, WorkflowError
+from workflow.errors import EnvironmentFault, InputError, WorkflowError
 
 pytestmark = pytest.mark.engine
 
@@ -96,6 +98,64 @@ def test_sweep_computes_each_combination_once(tmp_path: Path) -> None:
     finished = [run.archive.stat().st_mtime_ns for run in runs]
     again = workflow.sweep("method1", grid, seeds=[3], out=tmp_path / "study", **TINY)
     assert again == runs and [run.archive.stat().st_mtime_ns for run in again] == finished
+
+
+def test_reprs_are_short_and_have_units(packing: workflow.Run) -> None:
+    frame = packing.frames[-1]
+    assert repr(packing.scene) == "Method1(n=60, phi0=0.6, cohesion=False, kappa=1000.0)"
+    assert eval(repr(packing.scene), {"Method1": workflow.Method1}) == packing.scene
+    assert re.fullmatch(rf"<Run '{packing.directory}': method1, seed 1, N = 60, finished at t = [\d.]+ T0>", repr(packing))
+    assert re.fullmatch(r"<Frame '\w+': t = [\d.]+ T0, step \d+, 60 grains, \d+ interactions, cell [\d.]+ x [\d.]+ a>",
+                        repr(frame))  # fmt: skip
+    assert repr(frame.interactions).startswith(f"<Interactions: {len(frame.interactions)} pairs, ")
+    assert repr(packing.frames).startswith(f"<Frames: {len(packing.frames)} in ")
+
+
+@pytest.mark.parametrize(
+    "given", [{"mu": 0.3}, {"phi0": 0.13, "n": 400}, {"as_printed": True}, {"rolling": True, "cell": "strain"}], ids=str
+)
+@pytest.mark.parametrize("kind", [workflow.Method1, workflow.Method2, workflow.Consolidation])
+def test_repr_of_a_scene_is_the_call_that_makes_it(kind: type, given: dict[str, Any]) -> None:
+    scene = kind(**given)
+    assert set(given) <= set(scene.chosen()) and eval(repr(scene), {kind.__name__: kind}) == scene
+    assert "friction coefficient" in scene._repr_html_()
+
+
+def test_interactions_and_grains_are_pandas_tables_on_request(packing: workflow.Run) -> None:
+    frame = packing.frames[-1]
+    pairs, grains = frame.interactions.to_pandas(), frame.to_pandas()
+    np.testing.assert_array_equal(pairs["normal_force"], frame.interactions.normal_force)
+    np.testing.assert_array_equal(pairs["branch_y"], frame.interactions.branch[:, 1])
+    np.testing.assert_array_equal(grains["position_x"], frame.position[:, 0])
+    assert len(grains) == 60 and pairs["i"].max() < 60 and pairs["in_contact"].dtype == bool
+
+
+def test_without_pandas_a_sentence_says_how_to_get_it(packing: workflow.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(EnvironmentFault, match="pip install pandas"):
+        packing.frames[-1].interactions.to_pandas()
+
+
+def test_a_notebook_shows_picture_and_measures_of_a_run_and_nothing_is_written(packing: workflow.Run) -> None:
+    before = sorted(packing.directory.iterdir())
+    html = packing._repr_html_()
+    assert 'src="data:image/png;base64,iVBOR' in html and f"{packing.measures['solid_fraction']:.4f}" in html
+    assert sorted(packing.directory.iterdir()) == before
+
+
+def test_a_figure_is_a_path_that_a_notebook_shows(packing: workflow.Run, tmp_path: Path) -> None:
+    for name, kind in {"a.svg": "image/svg+xml", "a.png": "image/png"}.items():
+        picture = packing.plot("distribution", tmp_path / name)
+        assert picture == tmp_path / name and set(picture._repr_mimebundle_()[0]) == {"text/plain", kind}
+    assert set(packing.plot("distribution", tmp_path / "a.pdf")._repr_mimebundle_()[0]) == {"text/plain"}
+
+
+def test_every_dataset_of_a_run_has_a_known_unit(packing: workflow.Run) -> None:
+    found: dict[str, str] = {}
+    with h5py.File(packing.archive) as file:
+        file.visititems(lambda name, item: found.update({name: item.attrs["units"].decode()} if hasattr(item, "dtype") else {}))
+    assert len(found) > 50 and "unknown" not in found.values()
+    assert found["observables/stress_x/value"] == "P" and found["contacts/tangential"] == "a P"
 
 
 WRONG: dict[str, tuple[Callable[[workflow.Run], object], str]] = {

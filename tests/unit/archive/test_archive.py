@@ -9,6 +9,7 @@ from test_dumps import same
 
 from workflow.archive.read import Archive, universe
 from workflow.archive.write import write_archive
+from workflow.data.units import Units
 from workflow.errors import ArchiveError, InputError
 
 SERIES = {"step": np.arange(0, 5000, 500.0), "time": np.arange(0, 0.5, 0.05), "stage": np.repeat([1.0, 2.0], 5),
@@ -60,6 +61,27 @@ def test_poured_and_lost_grains_are_read_back(tmp_path):
     with Archive(tmp_path / "heap.h5") as archive:
         for a, b in zip(archive.frames, frames, strict=True):
             same(a, b)
+
+
+def test_every_dataset_states_its_unit(tmp_path, frames):
+    units = Units("a", "F₀", "T₀")
+    write_archive(tmp_path / "run.h5", frames, SERIES, PROVENANCE, units=units)
+    found = {}
+    with h5py.File(tmp_path / "run.h5") as file:
+        file.visititems(lambda name, item: found.update({name: item.attrs["units"].decode()} if hasattr(item, "dtype") else {}))
+    assert {name: unit for name, unit in found.items() if unit == "unknown"} == {"observables/phi/value": "unknown"}
+    for name, unit in {"particles/grains/velocity/value": "a/T0", "particles/grains/box/edges/value": "a", "contacts/i": "1",
+                       "contacts/stretch": "a", "contacts/elastic": "F0", "provenance": "none"}.items():  # fmt: skip
+        assert found[name] == unit, name
+    with Archive(tmp_path / "run.h5") as archive:
+        assert archive.units == archive.frame(0).units == Units("a", "F0", "T0")
+        same(replace(archive.frame(0), units=None), frames[0])
+    assert universe(tmp_path / "run.h5").trajectory.n_frames == len(frames)
+
+
+def test_a_file_without_units_is_read(path):
+    with Archive(path) as archive:
+        assert archive.units is None and "a>" not in repr(archive.frame(0))
 
 
 def test_the_file_is_h5md(path):

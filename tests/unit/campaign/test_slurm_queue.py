@@ -196,7 +196,7 @@ def test_what_squeue_forgot_is_asked_of_the_accounting(study: Study, commands: C
     commands.set(sacct=ACCOUNTING_OFF)
     for k, one in enumerate(slurm.standings(study)[0]):
         if k != 5:
-            assert "Slurm knows its job no more" in str(one.reason), k
+            assert "Slurm has no record of its job" in str(one.reason), k
 
 
 def test_a_run_of_this_machine_needs_no_job(study: Study, commands: Commands) -> None:

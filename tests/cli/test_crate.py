@@ -90,6 +90,17 @@ def test_what_is_recommended_is_there_but_for_an_address_of_the_code(copy: Path,
     assert set(issues(copy, Severity.RECOMMENDED)) == NOT_KNOWN
 
 
+def test_no_folder_of_this_machine_is_published(copy: Path, tmp_path: Path) -> None:
+    words = f"wf run {tmp_path}/scene.toml --out={tmp_path}/again --phi0 0.3"
+    reason = f"'{tmp_path}/again/deck.in' cannot be read, 1/2 of it is lost"
+    RunDirectory.open(copy).record(status="failed", command=words, reason=reason)
+    write_crate(copy, ADA)
+    assert str(tmp_path.parent) not in (copy / METADATA).read_text(encoding="utf-8")
+    (action,) = actions(copy)
+    assert action["description"] == "wf run scene.toml --out=again --phi0 0.3"
+    assert action["error"] == "'deck.in' cannot be read, 1/2 of it is lost"
+
+
 def test_the_same_run_gives_the_same_bytes(copy: Path) -> None:
     write_crate(copy, ADA)
     before = (copy / METADATA).read_bytes()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
@@ -153,8 +154,8 @@ class _Crate:
         try:
             return self.action(directory, f"#run-{point.name}", study.varied, below)
         except WorkflowError as fault:  # a record that cannot be read: that is what is known of it
-            self.mention(f"#run-{point.name}", study.label(point), str(fault), instrument=self.software({}),
-                         actionStatus=_status(FAILED), error=now.reason or str(fault))  # fmt: skip
+            self.mention(f"#run-{point.name}", study.label(point), _public(str(fault)), instrument=self.software({}),
+                         actionStatus=_status(FAILED), error=_public(now.reason or str(fault)))  # fmt: skip
             return []
 
     def action(self, directory: RunDirectory, name: str, stated: Iterable[str], below: str = "") -> list[Any]:
@@ -165,7 +166,9 @@ class _Crate:
         read, made = self.files(kinds, below)
         given = [self.parameter(name, scene, one) for one in stated] if scene else []
         failed = state["status"] in (rundir.FAILED, rundir.INTERRUPTED)
-        reason = {"error": state.get("reason") or f"{state['status']}; 'wf resume' continues it"} if failed else {}
+        reason = (
+            {"error": _public(state.get("reason") or "") or f"{state['status']}; 'wf resume' continues it"} if failed else {}
+        )
         self.mention(
             name, f"{scene.title}, {scene.sample}" if scene else f"run of {state['scene']}", _command(state),
             instrument=self.software(state["versions"]), object=read + [one for one in given if one], result=made,
@@ -206,7 +209,7 @@ class _Crate:
             with open_plain(self.folder / BOARD) as file:
                 board = json.loads(file.read())
             paper, made = str(board["paper"]), board["provenance"]
-            command = str(made["command"])
+            command = _public(str(made["command"]))
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as fault:
             raise ArchiveError(f"'{self.folder / BOARD}' is no scoreboard ({fault}); make it again: wf reproduce") from None
         self.root["name"] = f"reproduction of {paper}"
@@ -241,7 +244,12 @@ def _scene_in(directory: RunDirectory) -> Scene | None:
 
 
 def _command(state: Mapping[str, Any]) -> str:
-    return str(state.get("command") or f"wf run of the scene {state['scene']}")
+    return _public(str(state.get("command") or f"wf run of the scene {state['scene']}"))
+
+
+def _public(text: str) -> str:
+    """A command or a message without the folders of this machine: of an absolute path the last part."""
+    return re.sub(r"""(?<![^\s='"(])/(?:[^\s/'"]+/)+""", "", text)
 
 
 def _status(status: str) -> str:

@@ -12,7 +12,7 @@ from workflow.cli.options import command
 EXAMPLES = """
 wf archive packing                         ro-crate-metadata.json in the directory of a run
 wf archive runs/study                      of a study: one action for each of its runs, failed ones too
-wf archive runs/gilabert2007 --author "Ada Lovelace" --orcid https://orcid.org/0000-0002-1825-0097 --license https://spdx.org/licenses/CC-BY-4.0
+wf archive runs/gilabert2007 --author Lovelace --license https://spdx.org/licenses/CC-BY-4.0
                                            of a reproduction, with who made it and who may use it
 
 the folder is then a Process Run Crate 0.5 that Zenodo, WorkflowHub and their tools read: pack it and upload it

@@ -28,7 +28,7 @@ def value_schema(known: Quantity, default: Any = None) -> Schema:
     return {
         **{name: words for name, words in said.items() if words},
         "type": TYPES[known.kind],
-        **{name: bound for name, bound in bounds.items() if math.isfinite(bound)},
+        **{name: known.kind(bound) for name, bound in bounds.items() if math.isfinite(bound)},
         **({"enum": list(known.choices)} if known.choices else {}),
         **({} if default is None or default in (math.inf, -math.inf) else {"default": default}),
     }

@@ -36,7 +36,7 @@ def density_history(runs: Mapping[str, Mapping[str, Floats]], path: Paths, *, st
             shown = series["time"] > 0
             time, density = series["time"][shown], series["solid_fraction"][shown]
             axes.plot(time, density, color=colour, linestyle=dash, label=label)
-            _ends(axes, time, density, series["stage"][shown], stages.get(label, {}), colour, mark)
+            _ends(axes, time, density, series["stage"][shown], stages.get(label, {}), (colour, mark), number)
         axes.set(xscale="log", xlabel="time $t/T_0$", ylabel=r"solid fraction $\Phi$")
         axes.margins(y=0.12)
         if len(runs) > 1:
@@ -44,8 +44,14 @@ def density_history(runs: Mapping[str, Mapping[str, Floats]], path: Paths, *, st
         save(figure, path)
 
 
-def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mapping[int, str], colour: str, mark: str) -> None:
-    """A mark where each stage ends; its name, with those that end too close to it to have a place of their own."""
+def _ends(
+    axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mapping[int, str], look: tuple[str, str], number: int
+) -> None:
+    """A mark where each stage ends; its name, with those that end too close to it to have a place of their own.
+
+    The names of every other run stand below the curve, those of each second pair of runs farther away."""
+    colour, mark = look
+    side, away = (1, "bottom") if number % 2 == 0 else (-1, "top"), 5 + 9 * (number // 2)
     rows = np.append(np.flatnonzero(np.diff(stage)), len(stage) - 1)
     axes.plot(time[rows], density[rows], mark, markersize=4, color=colour, linestyle="none")
     apart, high = np.log10(time[-1] / time[0]) / 25, max(float(np.ptp(density)), 1e-3) / 12
@@ -58,7 +64,8 @@ def _ends(axes: Axes, time: Floats, density: Floats, stage: Floats, names: Mappi
             groups.append([row])
     for group in groups:
         words = ", ".join(names.get(int(stage[row]), f"stage {stage[row]:.0f}") for row in group)
-        axes.annotate(words, (time[group[-1]], density[group[-1]]), textcoords="offset points", xytext=(-3, 5), ha="right",
+        axes.annotate(words, (time[group[-1]], density[group[-1]]), textcoords="offset points", xytext=(-3, side[0] * away),
+                      ha="right", va=side[1],
                       fontsize=6.5, color=colour)  # fmt: skip
 
 
@@ -79,7 +86,7 @@ def agitation(found: Mapping[float, Sequence[float]], path: Paths) -> None:
             axes.axvline(
                 usual, color=RED, linestyle=(0, (4, 2)), zorder=0, label=f"$V_0/V^*$ = {usual:g}, as in the series of G07"
             )
-            axes.legend()
+            figure.legend(loc="outside upper center")
         axes.set(xscale="log", xlabel="initial speed $V_0/V^*$", ylabel="coordination number $z$",
                  xlim=(speeds[0] / 2, speeds[-1] * 2))  # fmt: skip
         axes.margins(y=0.2)

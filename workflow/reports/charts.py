@@ -165,7 +165,7 @@ def correlation_chart(r: Floats, samples: Sequence[Floats], phi: float, fit: Fra
             near = np.linspace(max(0.3, float(r[r > 0].min())), float(r.max()), 300)
             law = phi * (near / fit.ell) ** (fit.dimension - 2) * np.exp(-near / fit.xi) / (phi - phi**2)
             axes.plot(near, law, color=RED, linewidth=1.2, linestyle="--", label="eq. 27 with the fit of $I(k)$")
-            axes.legend()
+            figure.legend(loc="outside upper center")
         axes.set(
             xlabel="distance $r/a$",
             ylabel=r"correlation $[C(r)-\Phi^2]\,/\,[\Phi-\Phi^2]$",
@@ -213,7 +213,7 @@ def hole_sizes(samples: Sequence[Holes], path: Paths) -> None:
         if weighted:
             value = float(np.mean(weighted))
             axes.axvline(value, color=RED, linestyle="--", linewidth=1.0, label=rf"$\langle R\rangle_w$ = {value:.2f} $a$")
-            axes.legend()
+            figure.legend(loc="outside upper center")
         axes.set(xscale="log", yscale="log", xlabel="equivalent radius $R_H/a$", ylabel="density of holes over $R_H$ $[1/a]$")
         save(figure, path)
 

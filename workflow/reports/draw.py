@@ -49,7 +49,7 @@ def draw(
         except WorkflowError as fault:
             if not every or isinstance(fault, ArchiveError):
                 raise
-            yield NotDrawn(name, str(fault))
+            yield NotDrawn(name, str(fault).removeprefix(f"--figure {name} ").removeprefix(f"{name}: "))
 
 
 class _Prepared:
@@ -57,6 +57,7 @@ class _Prepared:
 
     def __init__(self, sources: Sequence[Source]) -> None:
         self.sources = sources
+        self._told: list[Sequence[str]] = []
 
     @cached_property
     def samples(self) -> list[tuple[Frame, Settings]]:
@@ -70,9 +71,19 @@ class _Prepared:
     def runs(self) -> list[Shown]:
         """The runs.  Raises InputError for dumps."""
         if any(source.run is None for source in self.sources):
-            raise InputError("it needs run directories; leave the dumps out")
-        names = labels([source.parameters() for source in self.sources], [source.folder.name for source in self.sources])
+            raise InputError("figures of runs need run directories; leave the dumps out")
+        folders = [source.folder.resolve().name for source in self.sources]
+        if len(set(folders)) < len(folders):
+            folders = [source.name for source in self.sources]
+        names = labels([source.parameters() for source in self.sources], folders)
         return [_shown(source, name) for source, name in zip(self.sources, names, strict=True)]
+
+    def tell_apart(self, free: Sequence[str]) -> None:
+        """Say, once, that these are no samples to average."""
+        if free not in self._told:
+            self._told.append(free)
+            different = differing([source.parameters() for source in self.sources], free)
+            tell([f"not averaged, the samples differ in more than the seed: {in_words(different)}"])
 
     def check(self, name: str, figure: Figure) -> None:
         """Raises InputError if the figure cannot show these."""
@@ -89,7 +100,10 @@ def _draw(name: str, figure: Figure, prepared: _Prepared, out: Path, formats: Se
     """Draw one figure, once for each kind of sample."""
     prepared.check(name, figure)
     shown: Sequence[object] = prepared.samples if figure.of == FRAMES else prepared.runs
-    for members, label in _parts(name, figure, prepared.sources):
+    parts = _parts(figure, prepared.sources)
+    if len(parts) > 1:
+        prepared.tell_apart(figure.free or ())
+    for members, label in parts:
         paths = [out / f"{name}{label}.{kind}" for kind in figure.formats or formats]
         if figure.draw([shown[k] for k in members], paths) is False:
             yield NotDrawn(name, "there is nothing to draw in it")
@@ -152,14 +166,12 @@ def _named(source: Source, names: Sequence[str], also: str = "") -> dict[str, Fi
     return {name: known[name] for name in names}
 
 
-def _parts(name: str, figure: Figure, sources: Sequence[Source]) -> list[tuple[list[int], str]]:
+def _parts(figure: Figure, sources: Sequence[Source]) -> list[tuple[list[int], str]]:
     """The sources of each figure with the mark in its name: a mean is of samples that differ in the seed alone."""
     every = list(range(len(sources)))
     if len(sources) == 1 or figure.free is None:
         return [(every, "")]
-    parameters = [source.parameters() for source in sources]
-    found = kinds(parameters, figure.free)
+    found = kinds([source.parameters() for source in sources], figure.free)
     if len(found) == 1:
         return [(every, "")]
-    tell([f"{name}: not averaged, the samples differ in more than the seed: {in_words(differing(parameters, figure.free))}"])
     return [(members, f".{number}") for number, members in enumerate(found, 1)]

@@ -17,7 +17,20 @@ from scipy.sparse.csgraph import connected_components
 from workflow.data.frame import Floats, Frame
 from workflow.measures.holes import hole_triangles
 from workflow.measures.modes import FloppyModes, Mobility, SelfStress
-from workflow.reports.canvas import Canvas, Kind, bonds, canvas_of, disc_swatch, discs, finish, length_bar, swatch, wrap
+from workflow.reports.canvas import (
+    SWATCH,
+    Bar,
+    Canvas,
+    Kind,
+    bonds,
+    canvas_of,
+    disc_swatch,
+    discs,
+    finish,
+    length_bar,
+    swatch,
+    wrap,
+)
 from workflow.reports.figures import FILL, INK, RATTLER, Paths, save, style
 
 CLUSTERS = ("#1B3A5C", "#D1702B", "#5A9BD4", "#7A1E48", "#6FB07F", "#B8902F", "#3F7F7F", "#C76D8E")  # dark, light by turns
@@ -88,17 +101,23 @@ def self_stress_map(frame: Frame, found: SelfStress, path: Paths) -> None:
         for k, colour in enumerate(CLUSTERS):
             kinds[colour] = Kind(members & (found.clusters % len(CLUSTERS) == k), colour)
         share = _participation(found)
-        widths = np.where(members, canvas.points * (0.06 + 0.24 * share), 0.4)
+        widths = np.where(members, canvas.points * _wide(share), 0.4)
         bonds(canvas, frame, kinds, np.maximum(widths, 0.4))
         clusters = f"{number} hyperstatic cluster{'' if number == 1 else 's'}"
         handles = [
-            swatch(Kind(members, CLUSTERS[0]), "hyperstatic (a colour for each cluster), width: share in the self-stress"),
+            swatch(Kind(members, CLUSTERS[0]), "hyperstatic, a colour for each cluster"),
             swatch(Kind(members, INK), "isostatic or floppy", wide=0.5),
             disc_swatch(RATTLER, "grain without self-stress"),
         ]
         title = rf"$H$ = {found.normal.shape[0]} in {clusters}   $N$ = {frame.grains}   $M$ = {len(members)}"
-        finish(canvas, title, handles, [length_bar(canvas)])
+        half = Bar(SWATCH, canvas.points * _wide(0.5), "half of the largest share in the self-stress")
+        finish(canvas, title, handles, [length_bar(canvas), *([half] if members.any() else [])])
         save(canvas.figure, path)
+
+
+def _wide(share: Any) -> Any:
+    """Width [a] of the line of an interaction with this share in the self-stress."""
+    return 0.06 + 0.24 * share
 
 
 def _participation(found: SelfStress) -> Floats:

@@ -23,6 +23,7 @@ LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: def
 ROWS = 65536  # of a table that are text or Python objects at one time
 # a file of a folder, or one that a variable names; what a run wrote for itself (stage.1.in) lies beside its deck and is left
 _INCLUDE = re.compile(r"^include\s+(?:(\w+/\S+)|\$\{(\w+)\})[^\S\n]*(?:#.*)?$", re.MULTILINE)
+_FILE = re.compile(r"variable\s+(\w+)\s+string\s+(common/\S+\.in)\b")  # a deck file that another one names
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 
@@ -44,8 +45,8 @@ def render(scene: Scene) -> str:
 
 def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
     """The template with the files it includes, and those that these include, put in their places: a run directory needs no
-    other file.  ``include ${NAME}`` takes the file that ``values``, or the template's default, give to NAME, such as `law`.
-    Files lie beside the template, or in the package.  Raises InputError if one cannot be read."""
+    other file.  ``include ${NAME}`` takes the file that ``values``, or the template's default, give to NAME, such as `law`,
+    or the first of the files included before that says ``variable NAME string common/FILE.in``.  Files lie beside the template, or in the package.  Raises InputError if one cannot be read."""
     text = _read(path)
     named = {match[2]: match[5] for match in reversed(list(_VARIABLE.finditer(text)))} | dict(values or {})
 
@@ -55,7 +56,10 @@ def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
             raise InputError(
                 f"deck template '{path}' includes ${{{match[2]}}} and has no such variable; declare it in its head"
             )
-        return _INCLUDE.sub(put, _read(path.parent / str(name), templates() / str(name)))
+        inside = _INCLUDE.sub(put, _read(path.parent / str(name), templates() / str(name)))
+        for found in _FILE.finditer(inside):
+            named.setdefault(found[1], found[2])
+        return inside
 
     return _INCLUDE.sub(put, text) + "\n"
 

@@ -99,6 +99,9 @@ class Method2(Packing):
         if self.barostat != "inertial":
             raise InputError(f"barostat = '{self.barostat}' is not allowed in method2, whose cell starts at no stress: "
                              "use inertial")  # fmt: skip
+        if not self.exact and self.soft_kappa != self.kappa:
+            raise InputError(f"law = {self.law} is not allowed with soft_kappa = {self.soft_kappa:g}: LAMMPS's pair styles "
+                             f"cannot stiffen while they run; use soft_kappa = {self.kappa:g}, or the exact law")  # fmt: skip
 
     @property
     def pressure(self) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.data.files import PathLike
-from workflow.data.frame import Floats, Frame, Interactions, Tracks, validate_frame
+from workflow.data.frame import QUANTITIES, Floats, Frame, Interactions, Tracks, validate_frame
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
 if TYPE_CHECKING:
@@ -187,8 +187,17 @@ class Archive:
             cell=group["box/edges/value"][k, :2],
             interactions=self._contacts(k, constants["ids"]),
             periodic=self._periodic,
+            lacks=self._lacks,
             **vectors, **scalars, **constants,
         )  # fmt: skip
+
+    @cached_property
+    def _lacks(self) -> frozenset[str]:
+        """What the law of the run does not tell, of QUANTITIES."""
+        names = self.provenance.get("lacks", [])
+        if not set(names) <= set(QUANTITIES):
+            raise ValueError(f"'lacks' names {names!r}, of which not all are quantities")
+        return frozenset(names)
 
     @cached_property
     def _periodic(self) -> tuple[bool, bool]:

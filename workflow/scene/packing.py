@@ -131,6 +131,11 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         """The law at the end of a stage; one law for all unless a scene changes its stiffness on the way."""
         return self.law_in_units
 
+    @property
+    def lammps_law(self) -> tuple[ContactLaw, float] | None:
+        """The law that a pair style of LAMMPS stands for, and the radius of its rolling spring."""
+        return None if self.exact else (self.law_in_units, route_variables(self)["pair_radius"])
+
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""
         return self.pressure
@@ -202,8 +207,8 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         return max(50.0 * contact, 10.0 * 2.0 * math.pi * math.sqrt(self.cell_inertia / kn))
 
     def record(self) -> dict[str, Any]:
-        """What is done to the packing that the law does not do."""
-        return {"relaxation": self.relaxation}
+        """What is done to the packing that the law does not do; what a law of LAMMPS does not tell of a contact."""
+        return {"relaxation": self.relaxation} | ({} if self.exact else {"lacks": ["xi_r", "xi_t"]})
 
     def discs(self) -> Discs:
         """The initial discs, as the data file holds them."""

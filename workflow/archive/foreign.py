@@ -21,7 +21,7 @@ from workflow.archive.pairs import REMEDY, contact_table, identities
 from workflow.archive.snapshots import Snapshot
 from workflow.data.build import make_frame
 from workflow.data.files import PathLike
-from workflow.data.frame import Floats, Frame, Ints, validate_frame, without
+from workflow.data.frame import NO_CONTACTS, Floats, Frame, Ints, validate_frame, without
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:

@@ -7,8 +7,10 @@ of G07 eqs. 4, 5, both known from the gap; what is left of N is the viscous part
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workflow.archive.dumps import Block, rows_of
 from workflow.data.build import nearest
@@ -59,7 +61,7 @@ def interactions_of(block: Block, frame: Frame, told: LammpsLaw, path: PathLike)
     i, j = (np.where(swap, b[kept], a[kept]) for a, b in (ends, ends[::-1]))
     order = np.lexsort((j, i))
 
-    def pick(values: Floats) -> Floats:
+    def pick(values: NDArray[Any]) -> NDArray[Any]:
         return np.ascontiguousarray(values[kept][order])
 
     n = branch / np.where(distance > 0.0, distance, 1.0)[:, None]

@@ -15,13 +15,6 @@ from workflow.errors import InputError
 if TYPE_CHECKING:
     from workflow.scene.packing import Packing
 
-FILES = {  # law, attraction -> law file of lammps_inputs/
-    ("exact", False): "common/law_cohesive.in",
-    ("exact", True): "common/law_cohesive.in",
-    ("granular", False): "common/law_granular.in",
-    ("granular", True): "common/law_granular_cohesive.in",
-    ("hooke/history", False): "common/law_hooke_history.in",
-}
 LARGEST_FRICTION = 1e4  # of hooke/history
 RATIO = 3.0  # of diameters, beyond which half-step velocities let small grains stick (Vyas et al., CPC 310, 109524 (2025))
 
@@ -33,7 +26,14 @@ def needs_plugin(scene: Packing) -> bool:
 
 def route_variables(scene: Packing) -> dict[str, Any]:
     """The law file, and what LAMMPS's laws need in place of constants of the material."""
-    return {"law": FILES[scene.law or "exact", scene.cohesion], "pair_radius": (1.0 + scene.smallest) / 8.0}
+    return {"law": f"common/law_{_law_file(scene)}.in", "pair_radius": (1.0 + scene.smallest) / 8.0}
+
+
+def _law_file(scene: Packing) -> str:
+    if scene.exact:
+        return "cohesive"
+    end = "_cohesive" if scene.cohesion else "_inertial" if scene.barostat == "inertial" else ""
+    return scene.law.replace("/", "_") + end
 
 
 def mean_pair_mass(smallest: float) -> float:

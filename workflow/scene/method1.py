@@ -64,5 +64,6 @@ class Method1(Packing):
         """Values of the variables of the deck method1.in."""
         return super().variables() | {
             "barostat": self.barostat, "nph_period": self.nph_period, "nph_drag": self.nph_drag,
-            "pair_mass": mean_pair_mass(self.smallest), "berendsen_modulus": self.berendsen_modulus, "unchanged_time": 2.0 * self.hold_time,
+            "pair_mass": mean_pair_mass(self.smallest), "berendsen_modulus": self.berendsen_modulus,
+            "unchanged_time": 2.0 * self.hold_time,
         }  # fmt: skip

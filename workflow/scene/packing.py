@@ -17,7 +17,7 @@ from workflow.scene.fluid import fluid
 from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
 from workflow.scene.placement import diameters, place_randomly
 from workflow.scene.progress import of_packing
-from workflow.scene.routes import check_route, route_variables, route_warnings
+from workflow.scene.routes import check_route, needs_plugin, route_variables, route_warnings
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
@@ -136,6 +136,12 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         """The law that a pair style of LAMMPS stands for, and the radius of its rolling spring."""
         return None if self.exact else (self.law_in_units, route_variables(self)["pair_radius"])
 
+    @property
+    def resumes_exactly(self) -> bool:
+        """Under a law of LAMMPS the plugin keeps the forces of a checkpoint; berendsen moves grains after the lists are made,
+        which then differ in their order."""
+        return self.exact or (needs_plugin(self) and self.barostat != "berendsen")
+
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""
         return self.pressure
@@ -242,7 +248,8 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every
         return {
-            **route_variables(self), "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
+            **route_variables(self),
+            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
             "kr": law.kr, "mur": min(law.mur, ENDLESS),
             "stress": self.pressure, "force_unit": self.force_unit,
             "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,

@@ -123,6 +123,11 @@ class Scene(Readings):
         return None
 
     @property
+    def needs_plugin(self) -> bool:
+        """The deck runs only with the plugin of this package."""
+        return True
+
+    @property
     def resumes_exactly(self) -> bool:
         """A run that goes on from a checkpoint is, bit for bit, the run that was not interrupted."""
         return True

@@ -17,7 +17,7 @@ from workflow.scene.fluid import fluid
 from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics
 from workflow.scene.placement import diameters, place_randomly
 from workflow.scene.progress import of_packing
-from workflow.scene.routes import check_route, needs_plugin, route_variables, route_warnings
+from workflow.scene.routes import check_route, route_variables, route_warnings
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
@@ -137,10 +137,15 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         return None if self.exact else (self.law_in_units, route_variables(self)["pair_radius"])
 
     @property
+    def needs_plugin(self) -> bool:
+        """A law of LAMMPS without attraction, and a barostat of LAMMPS, need no plugin."""
+        return self.exact or self.cohesion or self.barostat == "inertial"
+
+    @property
     def resumes_exactly(self) -> bool:
         """Under a law of LAMMPS the plugin keeps the forces of a checkpoint; berendsen moves grains after the lists are made,
         which then differ in their order."""
-        return self.exact or (needs_plugin(self) and self.barostat != "berendsen")
+        return self.exact or (self.needs_plugin and self.barostat != "berendsen")
 
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""

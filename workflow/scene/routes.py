@@ -19,11 +19,6 @@ LARGEST_FRICTION = 1e4  # of hooke/history
 RATIO = 3.0  # of diameters, beyond which half-step velocities let small grains stick (Vyas et al., CPC 310, 109524 (2025))
 
 
-def needs_plugin(scene: Packing) -> bool:
-    """The deck runs only with the plugin of this package."""
-    return scene.exact or scene.cohesion or scene.barostat == "inertial"
-
-
 def route_variables(scene: Packing) -> dict[str, Any]:
     """The law file, and what LAMMPS's laws need in place of constants of the material."""
     return {"law": f"common/law_{_law_file(scene)}.in", "pair_radius": (1.0 + scene.smallest) / 8.0}

@@ -14,7 +14,7 @@ from workflow.scene.consolidation import Consolidation
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
 from workflow.scene.registry import scene_from
-from workflow.scene.routes import mean_pair_mass, needs_plugin
+from workflow.scene.routes import mean_pair_mass
 
 FREE = {"cohesion": False}
 OF_LAMMPS = ["granular", "hooke/history"]
@@ -63,7 +63,7 @@ def test_a_law_of_lammps_has_the_scheme_of_lammps_and_its_limit_of_stability(law
 def test_a_deck_that_needs_no_plugin_executes_none_of_its_styles(law: str, barostat: str) -> None:
     """Its commands name a style of the plugin only behind a condition that the law or the barostat does not meet."""
     scene = Method1(law=law, barostat=barostat, **FREE)
-    assert not needs_plugin(scene)
+    assert not scene.needs_plugin
     commands = [
         line for line in render(scene).splitlines() if re.match(r"\s*(pair_style|pair_coeff|fix|compute|run_style)\b", line)
     ]
@@ -72,7 +72,7 @@ def test_a_deck_that_needs_no_plugin_executes_none_of_its_styles(law: str, baros
 
 @pytest.mark.parametrize("scene", [Method1(law="granular"), Method2(law="granular"), Consolidation(law="granular")])
 def test_the_attraction_comes_from_the_plugin(scene: Method1) -> None:
-    assert needs_plugin(scene)
+    assert scene.needs_plugin
     assert "hybrid/overlay" in render(scene)
 
 

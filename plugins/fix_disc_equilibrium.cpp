@@ -20,7 +20,7 @@
 
 using namespace LAMMPS_NS;
 
-FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixDiscEquilibrium::FixDiscEquilibrium(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), pairs(lmp)
 {
   scalar_flag = vector_flag = 1;
   size_vector = QUANTITIES;
@@ -82,8 +82,7 @@ int FixDiscEquilibrium::setmask() { return FixConst::END_OF_STEP; }
 
 void FixDiscEquilibrium::init()
 {
-  pair = dynamic_cast<PairDisc *>(force->pair);
-  if (!pair) error->all(FLERR, "fix disc/equilibrium works with the pair styles of its plugin, such as disc/cohesive");
+  pairs.init("fix disc/equilibrium");
   if (aggregates && atom->map_style == Atom::MAP_NONE)
     error->all(FLERR, "fix disc/equilibrium: 'aggregates yes' needs 'atom_modify map array' or 'map hash'");
 }
@@ -125,10 +124,10 @@ void FixDiscEquilibrium::measure()
 
 bool FixDiscEquilibrium::supports_grain(const PairDisc::Interaction &now) const
 {
-  return pair->cutoff_gap() > 0.0 || now.elastic > force_tolerance * unit;
+  return pairs.cutoff_gap() > 0.0 || now.elastic > force_tolerance * unit;
 }
 
-double FixDiscEquilibrium::needed_supports() const { return pair->cutoff_gap() > 0.0 ? 1.0 : 2.0; }
+double FixDiscEquilibrium::needed_supports() const { return pairs.cutoff_gap() > 0.0 ? 1.0 : 2.0; }
 
 /* A grain is unsupported if nothing holds it: without cohesion, fewer than two contacts with an elastic force above the
    tolerance; with cohesion, no interaction at all.  Counted once: a grain that unsupported ones alone hold is supported
@@ -139,8 +138,8 @@ void FixDiscEquilibrium::measure_pairs(double *stress)
   const int nlocal = atom->nlocal;
   double sums[4] = {0.0, 0.0, 0.0, 0.0}, largest[2] = {0.0, 0.0};
   supports.assign(nlocal + atom->nghost, 0.0);
-  const std::vector<disc::Grain> &grains = pair->refreshed_grains();
-  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double weight) {
+  pairs.refresh();
+  pairs.for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double weight) {
     sums[0] += weight * now.fx() * now.bx;
     sums[1] += weight * now.fy() * now.by;
     sums[now.state == PairDisc::CONTACT ? 2 : 3] += weight;
@@ -149,8 +148,7 @@ void FixDiscEquilibrium::measure_pairs(double *stress)
       if (newton || j < nlocal) supports[j] += 1.0;
     }
     largest[0] = std::max(largest[0], -now.gap);
-    const disc::Grain &a = grains[i], &b = grains[j];
-    largest[1] = std::max(largest[1], ((a.vx - b.vx) * now.bx + (a.vy - b.vy) * now.by) / now.distance);
+    largest[1] = std::max(largest[1], pairs.approach(i, j, now));
   });
   if (newton) comm->reverse_comm(this, 1);
   MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
@@ -161,6 +159,7 @@ void FixDiscEquilibrium::measure_pairs(double *stress)
   quantity[DISTANT] = sums[3];
   quantity[OVERLAP] = largest[0];
   quantity[APPROACH] = largest[1];
+  if (!pairs.ours()) return;
   const auto *history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
   const disc::Extremes extremes = history->state.global_extremes();
   quantity[LARGEST_OVERLAP] = extremes.overlap;
@@ -184,7 +183,7 @@ void FixDiscEquilibrium::measure_grains(const double *virial)
     sums[MVY2] += m * v[1] * v[1];
     const bool supported = supports[i] >= needed_supports();
     if (supported) sums[SUPPORTED] += 1.0;
-    if (!supported && pair->cutoff_gap() == 0.0) continue;
+    if (!supported && pairs.cutoff_gap() == 0.0) continue;
     sums[MASS] += m;
     sums[PX] += m * v[0];
     sums[PY] += m * v[1];
@@ -211,10 +210,10 @@ void FixDiscEquilibrium::measure_grains(const double *virial)
    order F1, and a hundred tolerances is far below that. */
 void FixDiscEquilibrium::monitor_network()
 {
-  const double least = pair->cutoff_gap() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
+  const double least = pairs.cutoff_gap() > 0.0 ? 0.0 : 100.0 * force_tolerance * unit;
   comm->forward_comm(this, 1);
   uint64_t sum = 0;
-  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double) {
+  pairs.for_each_pair([&](int i, int j, const PairDisc::Interaction &now, double) {
     if (now.state != PairDisc::CONTACT || now.elastic < least) return;
     if (supports[i] < needed_supports() || supports[j] < needed_supports()) return;
     const uint64_t a = std::min(atom->tag[i], atom->tag[j]), b = std::max(atom->tag[i], atom->tag[j]);
@@ -243,7 +242,7 @@ void FixDiscEquilibrium::label_aggregates()
     const int owner = atom->map(atom->tag[i]);
     root[find(i)] = find(owner);
   }
-  pair->for_each_pair([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
+  pairs.for_each_pair([&](int i, int j, const PairDisc::Interaction &, double) { root[find(i)] = find(j); });
 
   label.resize(nall);
   for (int i = 0; i < nall; i++)

@@ -3,8 +3,8 @@
 #ifndef LMP_FIX_DISC_EQUILIBRIUM_H
 #define LMP_FIX_DISC_EQUILIBRIUM_H
 
+#include "contact_pairs.h"
 #include "fix.h"
-#include "pair_disc.h"
 
 #include <cstdint>
 #include <string>
@@ -28,6 +28,8 @@ namespace LAMMPS_NS
 
    Defaults: length 1, force 1e-4, energy 5e-8, share 0.01, hold 0.
 
+   The pair style is one of this plugin, or one of LAMMPS's granular ones, see ContactPairs.
+
    Scalar: 1 once every criterion has held at every check for a time `hold`, else 0 (a variable of it ends a run through
    fix halt).
 
@@ -49,7 +51,7 @@ namespace LAMMPS_NS
      17      largest error of the stress over its tolerance, of both axes, of the whole and of its part from pair
              forces (0 without a controlled axis)
      18-20   over all steps so far, not only those checked: largest overlap, fastest approach of two grains that
-             interact, longest way of such an approach in one step */
+             interact, longest way of such an approach in one step; 0 for pair styles of LAMMPS, which do not tell */
 // clang-format on
 class FixDiscEquilibrium : public Fix
 {
@@ -103,7 +105,7 @@ private:
   double needed_supports() const;
   double now() const;
 
-  PairDisc *pair = nullptr;
+  ContactPairs pairs;
   double unit = 0.0, length = 1.0, force_tolerance = 1.0e-4, energy_tolerance = 5.0e-8, hold = 0.0, share = 0.01;
   bool controlled[2] = {false, false};
   double target[2] = {0.0, 0.0};

@@ -4,6 +4,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "compute.h"
 #include "domain.h"
 #include "error.h"
 #include "force.h"
@@ -21,7 +22,7 @@
 
 using namespace LAMMPS_NS;
 
-FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), own_state(lmp)
 {
   time_integrate = 1;
   vector_flag = 1;
@@ -43,6 +44,15 @@ FixDiscIntegrate::FixDiscIntegrate(LAMMPS *lmp, int narg, char **arg) : Fix(lmp,
     box_change |= a ? BOX_CHANGE_Y : BOX_CHANGE_X;
   }
   begin_stage();
+  // of a pair style that is not of this plugin; runs look for computes of the virial before they call init()
+  if (stress_control && !dynamic_cast<PairDisc *>(force->pair))
+    pressure = modify->add_compute(fmt::format("{}_press all pressure NULL pair", id));
+}
+
+FixDiscIntegrate::~FixDiscIntegrate()
+{
+  if (pressure && modify->get_compute_by_id(fmt::format("{}_press", id)))
+    modify->delete_compute(fmt::format("{}_press", id));
 }
 
 Keywords FixDiscIntegrate::keywords()
@@ -137,12 +147,14 @@ void FixDiscIntegrate::begin_stage()
 
 int FixDiscIntegrate::setmask()
 {
-  return FixConst::INITIAL_INTEGRATE | FixConst::FINAL_INTEGRATE | FixConst::POST_NEIGHBOR;
+  const int mask = FixConst::INITIAL_INTEGRATE | FixConst::FINAL_INTEGRATE | FixConst::POST_NEIGHBOR;
+  return dynamic_cast<PairDisc *>(force->pair) ? mask : mask | FixConst::PRE_FORCE | FixConst::POST_FORCE;
 }
 
 /* Grains change places in memory only when lists are rebuilt; divisions are dear. */
 void FixDiscIntegrate::post_neighbor()
 {
+  if (!history) own_state.resize();
   inertia_of.resize(atom->nlocal);
   for (int i = 0; i < atom->nlocal; i++) {
     const double m = atom->rmass[i], r = atom->radius[i];
@@ -152,14 +164,19 @@ void FixDiscIntegrate::post_neighbor()
 
 void FixDiscIntegrate::init()
 {
+  if (!force->pair) error->all(FLERR, "fix disc/integrate needs a pair style");
+  if (stress_control && !pressure != (dynamic_cast<PairDisc *>(force->pair) != nullptr))
+    error->all(FLERR, "fix disc/integrate was defined for another pair style: define it again after pair_style");
   pair = dynamic_cast<PairDisc *>(force->pair);
-  if (!pair) error->all(FLERR, "fix disc/integrate works with the pair styles of its plugin, such as disc/cohesive");
-  history = dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID));
+  history = pair ? dynamic_cast<FixDiscHistory *>(modify->get_fix_by_id(FixDiscHistory::ID)) : nullptr;
+  state = history ? &history->state : &own_state;
+  if (!pair && !comm->ghost_velocity)
+    error->all(FLERR, "fix disc/integrate needs velocities of ghost atoms: use 'comm_modify vel yes'");
   if (stress_control && inertia <= 0.0)
     error->all(FLERR, "fix disc/integrate: the grains have no mass; define the fix after the masses");
-  pair->needs_virial = pair->needs_virial || stress_control;
-  history->state.fixed = fixed;
-  std::copy(gravity, gravity + 2, history->state.gravity);
+  if (pair) pair->needs_virial = pair->needs_virial || stress_control;
+  state->fixed = fixed;
+  std::copy(gravity, gravity + 2, state->gravity);
   for (int i = 0; i < atom->nlocal; i++)
     if (!moves(i)) {
       std::fill(atom->v[i], atom->v[i] + 3, 0.0);
@@ -167,9 +184,44 @@ void FixDiscIntegrate::init()
     }
 }
 
+void FixDiscIntegrate::read_virial()
+{
+  if (pressure->invoked_vector != update->ntimestep) pressure->compute_vector();
+  const double area = domain->prd[0] * domain->prd[1];
+  for (int a = 0; a < 2; a++)
+    axis[a].virial = pressure->vector[a] * area;
+  pressure->addstep(update->ntimestep + 1);
+}
+
+/* Pair styles of LAMMPS know no motion of the cell: they see it as part of the velocities.  Ghosts lie where the affine
+   motion is that of their image. */
+void FixDiscIntegrate::pre_force(int)
+{
+  if (pair || !stress_control) return;
+  const int nall = atom->nlocal + atom->nghost;
+  velocity.resize(2 * static_cast<size_t>(nall));
+  for (int i = 0; i < nall; i++)
+    for (int a = 0; a < 2; a++) {
+      velocity[2 * i + a] = atom->v[i][a];
+      atom->v[i][a] += affine_rate[a] * (atom->x[i][a] - domain->boxlo[a]);
+    }
+}
+
+void FixDiscIntegrate::post_force(int)
+{
+  if (pair) return;
+  if (stress_control)
+    for (int i = 0; i < atom->nlocal + atom->nghost; i++)
+      std::copy(&velocity[2 * i], &velocity[2 * i] + 2, atom->v[i]);
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int a = 0; a < 2; a++)
+      atom->f[i][a] = moves(i) ? atom->f[i][a] + atom->rmass[i] * gravity[a] : 0.0;
+}
+
 void FixDiscIntegrate::setup(int)
 {
-  if (history->continues_restart()) {    // as the run that wrote the restart: forces and stress at half-step velocities
+  if (!pair) post_force(0);
+  if (history && history->continues_restart()) {    // as the run that wrote the restart: forces and stress at half-step velocities
     history->restore_forces();
     return;
   }
@@ -185,18 +237,18 @@ void FixDiscIntegrate::setup(int)
 
 void FixDiscIntegrate::initial_integrate(int)
 {
-  history->state.load(0, atom->nlocal);
-  history->state.load_forces();
+  state->load(0, atom->nlocal);
+  state->load_forces();
   integrate(false, true);
-  history->state.store();
+  state->store();
 }
 
 void FixDiscIntegrate::final_integrate()
 {
-  history->state.load(0, atom->nlocal);
-  history->state.load_forces();
+  state->load(0, atom->nlocal);
+  state->load_forces();
   integrate(true, false);
-  history->state.store();
+  state->store();
 }
 
 /* ---- a step ---- */
@@ -242,15 +294,20 @@ template <bool FINAL, bool INITIAL, bool DRIFT> void FixDiscIntegrate::pass()
                                            : &disc::integrate<FINAL, INITIAL, true, DRIFT, false>)
                              : (cell_moves ? &disc::integrate<FINAL, INITIAL, false, DRIFT, DRIFT>
                                            : &disc::integrate<FINAL, INITIAL, false, DRIFT, false>);
-  DiscState &state = history->state;
   const disc::StepSums sums =
-      kernel(kick, drift, inertia_of.data(), state.forces.data(), state.grains.data(), atom->nlocal);
+      kernel(kick, drift, inertia_of.data(), state->forces.data(), state->grains.data(), atom->nlocal);
 
   for (const double twice_kinetic : sums.scaled)
     drag_dissipated += 0.5 * (1.0 - kick.omega_scaling * kick.omega_scaling) * twice_kinetic;
   const double mv2[2] = {sums.mvx2, sums.mvy2};
   if (FINAL) measure_stress(mv2);
-  if (DRIFT) {
+  if (DRIFT && !history) {
+    if (!std::isfinite(sums.displacement_sq_sum))
+      error->one(FLERR, "the position of a grain is not a number at step {}: centres of two grains coincide, or the step {} is "
+                        "far too large", update->ntimestep, update->dt);
+    for (int a = 0; a < 2; a++)    // with the mean of the lengths before and after, as velocities are those of the half step
+      affine_rate[a] = (drift.cell_scaling[a] - 1.0) / (0.5 * (1.0 + drift.cell_scaling[a]) * dt);
+  } else if (DRIFT) {
     history->pairs.require_number(sums.displacement_sq_sum);
     history->pairs.record_displacement(std::sqrt(sums.max_displacement_sq), drift.cell_scaling);
   }
@@ -314,13 +371,14 @@ void FixDiscIntegrate::kick_cell(double dt)
 void FixDiscIntegrate::measure_stress(const double *mv2)
 {
   if (!stress_control) return;
-  double sums[4] = {mv2[0], mv2[1], pair->pair_virial[0], pair->pair_virial[1]};
+  double sums[4] = {mv2[0], mv2[1], pair ? pair->pair_virial[0] : 0.0, pair ? pair->pair_virial[1] : 0.0};
   if (comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
   const double area = domain->prd[0] * domain->prd[1];
+  if (!pair) read_virial();
   for (int a = 0; a < 2; a++) {
     axis[a].mv2 = sums[a];
-    axis[a].virial = sums[2 + a];
-    axis[a].stress = (sums[a] + sums[2 + a]) / area;
+    if (pair) axis[a].virial = sums[2 + a];
+    axis[a].stress = (sums[a] + axis[a].virial) / area;
   }
 }
 

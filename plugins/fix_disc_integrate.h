@@ -3,6 +3,7 @@
 #ifndef LMP_FIX_DISC_INTEGRATE_H
 #define LMP_FIX_DISC_INTEGRATE_H
 
+#include "disc_state.h"
 #include "fix.h"
 #include "kernels/time_integration.h"
 
@@ -16,7 +17,9 @@ namespace LAMMPS_NS
 /* fix ID all disc/integrate [stress S_x S_y] [cell lengths|strain] [mass m] [rate r] [wall u] [convention c] [drag g]
                              [quench 0|1] [gravity g_x g_y] [fixed GROUP]
 
-   Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control.
+   Velocity Verlet for discs (I = m R^2/2) in a rectangular periodic cell, fixed or under stress control, for any pair
+   style of contacts.  A pair style that is not of this plugin sees, while it computes forces, velocities that include the
+   affine motion of the cell, so that its damping and its springs know it; `compute pressure` tells its stress.
 
    stress S_x S_y    imposed stresses, compression positive; NULL leaves an axis fixed.  Without it the cell is fixed
                      and no stress is summed
@@ -47,11 +50,15 @@ class FixDiscIntegrate : public Fix
 {
 public:
   FixDiscIntegrate(class LAMMPS *, int, char **);
+  ~FixDiscIntegrate() override;
   int setmask() override;
   void init() override;
   void setup_post_neighbor() override { post_neighbor(); }
   void post_neighbor() override;
   void setup(int) override;
+  void setup_pre_force(int) override { pre_force(0); }
+  void pre_force(int) override;
+  void post_force(int) override;
   void initial_integrate(int) override;
   void final_integrate() override;
   double compute_vector(int) override;
@@ -85,6 +92,7 @@ private:
   void measure_stress(const double *mv2);
   void final_integrate_cell();
   void kick_cell(double dt);
+  void read_virial();
   bool scale_cell(disc::Drift &);
 
   Axis axis[2];
@@ -97,8 +105,13 @@ private:
   double convention = 0.0;                                                    // momentum convention
   double drag = 0.0, quench = 0.0;    // background damping; cell stopped where it swings back
   double work = 0.0, drag_dissipated = 0.0;
-  class PairDisc *pair = nullptr;
-  class FixDiscHistory *history = nullptr;
+  class PairDisc *pair = nullptr;             // of this plugin; without it
+  class FixDiscHistory *history = nullptr;    // its own state of the grains,
+  class Compute *pressure = nullptr;          // and the stress of whatever pair style there is
+  DiscState own_state;
+  DiscState *state = nullptr;            // of the one or the other
+  double affine_rate[2] = {0.0, 0.0};    // d ln L/dt in the step that ends with the next forces
+  std::vector<double> velocity;          // x and y of all grains and ghosts, while a pair style sees others
 };
 
 }    // namespace LAMMPS_NS

@@ -27,6 +27,8 @@ public:
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
 
+  double range() const { return f0 > 0.0 ? d0 : 0.0; }    // gap up to which it acts
+
 private:
   void allocate();
   double attraction(double gap) const;    // size of the attraction, 0 beyond its range

@@ -5,6 +5,7 @@
 #include "fix_disc_feed.h"
 #include "fix_disc_history.h"
 #include "fix_disc_integrate.h"
+#include "fix_disc_resume.h"
 #include "fix_disc_stiffen.h"
 #include "lammps_plugin.h"
 #include "pair_disc_cohesive.h"
@@ -78,6 +79,7 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
       {"disc/integrate", "discs in a fixed or stress-controlled cell", &create_fix<FixDiscIntegrate>},
       {"disc/feed", "insertion of grains that fall from a height", &create_fix<FixDiscFeed>},
       {"disc/equilibrium", "distance from mechanical equilibrium", &create_fix<FixDiscEquilibrium>},
+      {"disc/resume", "exact restarts under pair styles of LAMMPS", &create_fix<FixDiscResume>},
       {"disc/stiffen", "ramp of the contact stiffness", &create_fix<FixDiscStiffen>},
   };
   for (const auto &fix : fixes) {

@@ -8,8 +8,8 @@ numbers.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import BinaryIO
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from workflow.data import text
 from workflow.data.files import PathLike
-from workflow.data.frame import LARGEST, Floats, Frame, Interactions, Ints, Tracks, validate_frame
+from workflow.data.frame import LARGEST, NO_CONTACTS, Floats, Frame, Interactions, Ints, Tracks, validate_frame
 from workflow.data.text import numbers_in, numeric, open_output, whole_numbers
 from workflow.errors import ArchiveError
 
@@ -151,6 +151,7 @@ def read_frames(
     *,
     series: Mapping[str, Floats] | None = None,
     stages: Mapping[int, str] | None = None,
+    contacts_of: Callable[[Block, Frame], Frame] | None = None,
 ) -> Iterator[Frame]:
     """Frames of a run: the steps present in both dumps, in order; one at a time.
 
@@ -158,7 +159,8 @@ def read_frames(
     order, others are ignored, or all of them by their numbers (see `numbered_contacts`); rows of state 0 are dropped, the
     others brought to i < j (which flips branch, moment and rotation, while T and du keep their sign) and sorted by (i, j).
     ``series`` (see `read_series`) gives each frame the stage number of the last row at or before its step, and ``stages``
-    names the numbers (default: the number).  Raises ArchiveError.
+    names the numbers (default: the number).  ``contacts_of``: puts the interactions of another kind of contact table into a
+    frame.  Raises ArchiveError.
     """
     names = dict(stages or {})
     partner = read_blocks(contacts, "ENTRIES")
@@ -170,7 +172,9 @@ def read_frames(
             return
         if table.step == block.step:
             number = _stage_number(series, block.step)
-            yield _frame(block, table, names.get(number, str(number)), grains, contacts)
+            frame = _grains(block, names.get(number, str(number)), grains)
+            whole = contacts_of(table, frame) if contacts_of else _with_contacts(frame, table, contacts)
+            yield validate_frame(whole, f"{grains}, line {block.line}")
 
 
 def read_tracks(path: PathLike) -> Tracks:
@@ -201,7 +205,12 @@ def _stage_number(series: Mapping[str, Floats] | None, step: int) -> int:
     return int(series["stage"][row])
 
 
-def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: PathLike) -> Frame:
+def _with_contacts(frame: Frame, table: Block, path: PathLike) -> Frame:
+    return replace(frame, interactions=_contacts(table, frame.ids, path))
+
+
+def _grains(block: Block, stage: str, grains: PathLike) -> Frame:
+    """The frame without its interactions."""
     place = _places(block, GRAIN_COLUMNS, grains)
     rows = block.table[np.argsort(block.table[:, place["id"]], kind="stable")]
 
@@ -215,14 +224,13 @@ def _frame(block: Block, table: Block, stage: str, grains: PathLike, contacts: P
             f"{grains}, line {block.line}: grain id {twice} occurs twice at step {block.step}; "
             "each grain has one row; the file is damaged, run again"
         )
-    frame = Frame(
+    return Frame(
         step=block.step, time=block.time, stage=stage,
         origin=block.bounds[:2, 0].copy(), cell=block.bounds[:2, 1] - block.bounds[:2, 0],
         ids=ids, diameter=pick("diameter"), mass=pick("mass"), position=pick("x", "y"), velocity=pick("vx", "vy"),
         omega=pick("omegaz"), force=pick("fx", "fy"), torque=pick("tqz"),
-        interactions=_contacts(table, ids, contacts), periodic=block.periodic,
+        interactions=NO_CONTACTS, periodic=block.periodic,
     )  # fmt: skip
-    return validate_frame(frame, f"{grains}, line {block.line}")
 
 
 def _places(block: Block, names: Sequence[str], path: PathLike) -> dict[str, int]:

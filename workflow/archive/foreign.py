@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 from workflow.archive import plausible
 from workflow.archive.columns import FORMS, GRAINS, Reading, check_names, contact_names, resolve
 from workflow.archive.dump_tables import Dump
-from workflow.archive.pairs import NO_CONTACTS, REMEDY, contact_table, identities
+from workflow.archive.pairs import REMEDY, contact_table, identities
 from workflow.archive.snapshots import Snapshot
 from workflow.data.build import make_frame
 from workflow.data.files import PathLike
-from workflow.data.frame import Floats, Frame, Ints, validate_frame, without
+from workflow.data.frame import NO_CONTACTS, Floats, Frame, Ints, validate_frame, without
 from workflow.errors import ArchiveError, InputError
 
 if TYPE_CHECKING:

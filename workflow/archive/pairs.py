@@ -19,10 +19,6 @@ from workflow.data.frame import Floats, Frame, Interactions, Ints, validate_fram
 from workflow.errors import ArchiveError
 
 ODD = ("bx", "by", "moment", "dtheta", "fx", "fy", "fz", "tx", "ty")  # change sign when i and j are exchanged
-EMPTY: Any = np.empty(0)
-NO_CONTACTS = Interactions(
-    EMPTY.astype(np.int64), EMPTY.astype(np.int64), np.empty((0, 2)), *[EMPTY] * 8, *[EMPTY.astype(bool)] * 2
-)
 REMEDY = "correct the file, or name its columns with --columns"
 
 

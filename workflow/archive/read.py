@@ -17,7 +17,7 @@ import numpy as np
 from workflow.archive import layout
 from workflow.archive.dumps import rows_of
 from workflow.data.files import PathLike
-from workflow.data.frame import Floats, Frame, Interactions, Tracks, validate_frame
+from workflow.data.frame import QUANTITIES, Floats, Frame, Interactions, Tracks, validate_frame
 from workflow.data.units import Units
 from workflow.errors import ArchiveError, EnvironmentFault, InputError, WorkflowError
 
@@ -189,6 +189,7 @@ class Archive:
             interactions=self._contacts(k, constants["ids"]),
             periodic=self._periodic,
             units=self.units,
+            lacks=self._lacks,
             **vectors, **scalars, **constants,
         )  # fmt: skip
 
@@ -198,6 +199,14 @@ class Archive:
         with self._reading("units"):
             names = [self._file.attrs.get(name) for name in layout.UNITS]
             return Units(*(name.decode() for name in names)) if all(isinstance(name, bytes) for name in names) else None
+
+    @cached_property
+    def _lacks(self) -> frozenset[str]:
+        """What the law of the run does not tell, of QUANTITIES."""
+        names = self.provenance.get("lacks", [])
+        if not set(names) <= set(QUANTITIES):
+            raise ValueError(f"'lacks' names {names!r}, of which not all are quantities")
+        return frozenset(names)
 
     @cached_property
     def _periodic(self) -> tuple[bool, bool]:

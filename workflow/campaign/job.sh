@@ -1,4 +1,4 @@
-# Runs deck.in of this directory with the plugin of plugin/, built here if it is not.  Submitted again, or started by hand
+# Runs deck.in of this directory, with the plugin of plugin/ where the deck needs one, built here if it is not.  Submitted again, or started by hand
 # (bash job.sh), it goes on from the newest whole checkpoint; a run that is finished stays as it is.  Before its time is over
 # the deck is stopped, and the job submits itself again.
 say() { echo "$(date '+%F %T') job.sh: $*"; }
@@ -60,8 +60,10 @@ case "$result " in *' stopped 0 '*) say "finished already: $result"; exit 0 ;; e
 
 export LMP="$lmp" LAMMPS_INCLUDE="${include:-$LAMMPS_INCLUDE}" OMP_NUM_THREADS=1
 [ -z "$compiler" ] || export CXX="$compiler"
-[ -f plugin/discplugin.so ] || sh plugin/build.sh || fail "no plugin; see above"
-export LAMMPS_PLUGIN_PATH="$PWD/plugin"
+if [ -d plugin ]; then
+  [ -f plugin/discplugin.so ] || sh plugin/build.sh || fail "no plugin; see above"
+  export LAMMPS_PLUGIN_PATH="$PWD/plugin"
+fi
 
 rm -f stop
 newest

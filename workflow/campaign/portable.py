@@ -1,4 +1,4 @@
-"""A run directory that a cluster computes without this package: with plugin source, job script and a README."""
+"""A run directory that a cluster computes without this package: with job script, README and, where needed, plugin source."""
 
 from __future__ import annotations
 
@@ -20,16 +20,13 @@ Submit the job from this directory:
 
     {submit}
 
-It needs LAMMPS {lammps} with its package PLUGIN and nothing else of ours. The job builds the plugin in plugin/ when it
-starts first; where compute nodes have no compiler, build it before, with the modules of LAMMPS loaded:
-
-    sh plugin/build.sh
+{needs}
 
 {margin} s before its time of {time} s is over the job stops the deck and submits itself again. It goes on from the newest whole
 checkpoint (checkpoint.STAGE.a and .b) and drops what was written beyond it; so it does after a kill, a failed node or a
 cancelled job, when it is submitted again by hand. `touch stop` stops the deck cleanly. A finished run is left as it is.
 
-deck.in        the LAMMPS input; `lmp -in deck.in` runs it where LAMMPS_PLUGIN_PATH names plugin/
+deck.in        the LAMMPS input; `lmp -in deck.in` runs it{where}
 grains.data    initial grains            series.txt      time series
 job.sh         the job                   log.lammps      LAMMPS's log; its last line RESULT says how it ended
 scene.toml     the parameters            *.dump          frames: grains, contacts
@@ -37,6 +34,14 @@ scene.toml     the parameters            *.dump          frames: grains, contact
 Where the Python package is installed, on any machine, `wf measure DIR` makes archive and measures from this directory, and
 `wf status DIR` shows how far it is.
 """
+
+
+NEEDS_PLUGIN = """\
+It needs LAMMPS {lammps} with its package PLUGIN and nothing else of ours. The job builds the plugin in plugin/ when it
+starts first; where compute nodes have no compiler, build it before, with the modules of LAMMPS loaded:
+
+    sh plugin/build.sh"""
+NEEDS_GRANULAR = "It needs LAMMPS with its package GRANULAR and nothing of ours; written for {lammps}."
 
 
 def sources() -> Path:
@@ -57,13 +62,17 @@ def tested_release() -> str:
 
 
 def make_portable(directory: RunDirectory, profile: Profile) -> None:
-    """Add plugin source, job script and README to a run directory."""
+    """Add job script, README and, where the deck needs it, the source of the plugin to a run directory."""
     scene = directory.scene
-    ignored = shutil.ignore_patterns("*.so", "CMakeLists.txt", "where.py")
-    shutil.copytree(sources(), directory / "plugin", ignore=ignored)
+    if scene.needs_plugin:
+        ignored = shutil.ignore_patterns("*.so", "CMakeLists.txt", "where.py")
+        shutil.copytree(sources(), directory / "plugin", ignore=ignored)
     directory.write_text(JOB, job_script(profile, job_name(scene)))
-    text = README.format(title=scene.title, submit=profile.cluster.submit, time=profile.time, margin=profile.margin,
-                         lammps=tested_release())  # fmt: skip
+    text = README.format(
+        title=scene.title, submit=profile.cluster.submit, time=profile.time, margin=profile.margin,
+        needs=(NEEDS_PLUGIN if scene.needs_plugin else NEEDS_GRANULAR).format(lammps=tested_release()),
+        where=" where LAMMPS_PLUGIN_PATH names plugin/" if scene.needs_plugin else "",
+    )  # fmt: skip
     directory.write_text("README.txt", text)
 
 

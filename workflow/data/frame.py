@@ -119,6 +119,12 @@ class Interactions:
         return Interactions(*(getattr(self, f.name)[rows] for f in fields(self)))
 
 
+EMPTY: Any = np.empty(0)
+NO_CONTACTS = Interactions(
+    EMPTY.astype(np.int64), EMPTY.astype(np.int64), np.empty((0, 2)), *[EMPTY] * 8, *[EMPTY.astype(bool)] * 2
+)
+
+
 @dataclass(frozen=True, repr=False)
 class Frame:
     """One instant: grains (sorted by id) in a rectangular periodic cell, with their interactions.

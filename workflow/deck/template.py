@@ -22,7 +22,11 @@ DATA = "grains.data"
 LEFT_TO_THE_COMMAND_LINE = {"resume", "restart", "stage"}  # where to start: defaults mean from the beginning
 ROWS = 65536  # of a table that are text or Python objects at one time
 # a file of a folder, or one that a variable names; what a run wrote for itself (stage.1.in) lies beside its deck and is left
-_INCLUDE = re.compile(r"^include\s+(?:(\w+/\S+)|\$\{(\w+)\})[^\S\n]*(?:#.*)?$", re.MULTILINE)
+_INCLUDE = r"^include\s+(?:(?P<file>\w+/\S+)|\$\{(?P<of>\w+)\})[^\S\n]*(?:#.*)?$"
+_NAMED = (
+    r"^variable\s+(?P<variable>\w+)\s+string\s+(?P<value>common/\S+)$"  # a deck file that the next ``include ${NAME}`` takes
+)
+_PART = re.compile(f"{_INCLUDE}|{_NAMED}", re.MULTILINE)
 _VARIABLE = re.compile(r"^variable(\s+)(\w+)(\s+)index(\s+)(\S+)[^\S\n]*$", re.MULTILINE)
 
 
@@ -44,20 +48,24 @@ def render(scene: Scene) -> str:
 
 def whole(path: Path, values: Mapping[str, object] | None = None) -> str:
     """The template with the files it includes, and those that these include, put in their places: a run directory needs no
-    other file.  ``include ${NAME}`` takes the file that ``values``, or the template's default, give to NAME, such as `law`.
-    Files lie beside the template, or in the package.  Raises InputError if one cannot be read."""
+    other file.  ``include ${NAME}`` takes the file that ``values``, or the template's default, give to NAME, such as `law`,
+    or that the last ``variable NAME string common/FILE.in`` before it names.  Files lie beside the template, or in the
+    package.  Raises InputError if one cannot be read."""
     text = _read(path)
     named = {match[2]: match[5] for match in reversed(list(_VARIABLE.finditer(text)))} | dict(values or {})
 
     def put(match: re.Match[str]) -> str:
-        name = match[1] or named.get(match[2])
+        if match["variable"]:
+            named[match["variable"]] = match["value"]
+            return match[0]
+        name = match["file"] or named.get(match["of"])
         if not name:
             raise InputError(
-                f"deck template '{path}' includes ${{{match[2]}}} and has no such variable; declare it in its head"
+                f"deck template '{path}' includes ${{{match['of']}}} and has no such variable; declare it in its head"
             )
-        return _INCLUDE.sub(put, _read(path.parent / str(name), templates() / str(name)))
+        return _PART.sub(put, _read(path.parent / str(name), templates() / str(name)))
 
-    return _INCLUDE.sub(put, text) + "\n"
+    return _PART.sub(put, text) + "\n"
 
 
 def copy_template(name: str, folder: Path) -> None:

@@ -7,9 +7,11 @@ import json
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from workflow.archive.dumps import read_frames, read_tracks
+from workflow.archive.lammps_contacts import LammpsLaw, with_lammps_contacts
 from workflow.archive.write import write_archive
 from workflow.data.contact_law import ContactLaw
 from workflow.data.files import read_plain
@@ -49,9 +51,11 @@ def write(directory: RunDirectory) -> None:
         **scene.record(),
     }  # fmt: skip
     _require_space(directory)
+    told, contacts = scene.lammps_law, directory / "contacts.dump"
     frames = read_frames(
-        directory / "grains.dump", directory / "contacts.dump", series=series, stages={0: "start", **scene.stages}
-    )
+        directory / "grains.dump", contacts, series=series, stages={0: "start", **scene.stages},
+        contacts_of=None if told is None else partial(with_lammps_contacts, told=LammpsLaw(*told), path=contacts),
+    )  # fmt: skip
     tracks = read_tracks(directory / TRACKS) if (directory / TRACKS).is_file() else None
     write_archive(directory / ARCHIVE, frames, series, provenance, tracks, scene.units)
 

@@ -29,7 +29,7 @@ def of_run(run: Recorded) -> dict[str, Any]:
 def of_frame(run: Recorded, frame: Frame) -> dict[str, Any]:
     """The standard numbers of a frame, its energies and the residual of its row of the time series."""
     scene, series, row, residual = run.scene, run.series, run.row(frame), None
-    if row is not None and scene.account and scene.barostat == "inertial":
+    if row is not None and scene.account and scene.exact and scene.barostat == "inertial":
         value, scale = float(series["residual"][row]), _energy_scale(series, row)
         residual = {"value": value, "relative": value / scale if scale else 0.0}
     pressure, law = scene.pressure_of(frame.stage), scene.law_of(frame.stage)
@@ -38,7 +38,7 @@ def of_frame(run: Recorded, frame: Frame) -> dict[str, Any]:
         equilibrated=run.equilibrated(frame),
     )  # fmt: skip
     numbers["energy_residual"] = residual
-    numbers["energy"] = energies(frame, law).as_dict()
+    numbers["energy"] = {name: known(value) for name, value in energies(frame, law).as_dict().items()}
     return numbers
 
 
@@ -59,7 +59,7 @@ def _numerics(scene: Packing, series: dict[str, Any]) -> dict[str, Any]:
     ``largest_wall_speed`` |dL/dt| [a/T0] are means between two rows.
     """
     step, law = scene.step_choice.step, scene.law_in_units
-    watched = "every step" if "largest_overlap" in series else "rows"
+    watched = "every step" if "largest_overlap" in series and scene.exact else "rows"
     overlap = approach = longest = 0.0
     if series and watched == "every step":
         overlap, approach, longest = (float(series[f"largest_{of}"][-1]) for of in ("overlap", "approach", "advance"))
@@ -73,13 +73,18 @@ def _numerics(scene: Packing, series: dict[str, Any]) -> dict[str, Any]:
         "steps_per_stiffest_period": scene.step_choice.period / step,
         "share_of_stability_limit": step / scene.step_choice.limit,
         "watched": watched,
-        "largest_overlap": overlap,
-        "largest_overlap_of_smallest_radius": 2.0 * overlap / scene.smallest,
-        "fastest_approach": approach,
+        "largest_overlap": known(overlap),
+        "largest_overlap_of_smallest_radius": known(2.0 * overlap / scene.smallest),
+        "fastest_approach": known(approach),
         "largest_strain_rate": _fastest(series, np.log) if series else 0.0,
         "largest_wall_speed": _fastest(series, np.asarray) if series else 0.0,
         "steps_in_tail": law.d0 / longest if law.f0 > 0 and longest > 0 else None,
     }
+
+
+def known(value: float) -> float | None:
+    """``value``, None for what the law or the barostat does not tell."""
+    return None if np.isnan(value) else value
 
 
 def _fastest(series: Mapping[str, Floats], of: Callable[[Any], Floats]) -> float:

@@ -72,8 +72,10 @@ def of_packing(measures: Measures) -> Summary:
             counts += f", backbone of {network['backbone_grains']} grains {held}"
         rows.append(("rigidity", counts))
     rows.append(("steps", _steps(numerics)))
-    part = 100 * numerics["largest_overlap_of_smallest_radius"]
-    rows.append(("largest overlap", f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius{_deep(part)}"))
+    if numerics["largest_overlap"] is not None:  # a law of LAMMPS does not tell
+        part = 100 * numerics["largest_overlap_of_smallest_radius"]
+        text = f"{numerics['largest_overlap']:.1e} a, {part:.2g} % of the smallest radius{_deep(part)}"
+        rows.append(("largest overlap", text))
     head = f"{state} equilibrium at t = {measures['time']:.2f} T0 (step {measures['step']})"
     return head, rows
 

@@ -148,6 +148,22 @@ class Scene(Readings):
         """The law of G07 at the end of a stage; None under another law, which the groups of measures do not know."""
         return None
 
+    @property
+    def lammps_law(self) -> tuple[ContactLaw, float] | None:
+        """Of a run under a pair style of LAMMPS: the law that it stands for, and the R_i R_j/(R_i + R_j) at which its rolling
+        spring is that of the law.  None under a pair style of the plugin, which tells more of a contact."""
+        return None
+
+    @property
+    def needs_plugin(self) -> bool:
+        """The deck runs only with the plugin of this package."""
+        return True
+
+    @property
+    def resumes_exactly(self) -> bool:
+        """A run that goes on from a checkpoint is, bit for bit, the run that was not interrupted."""
+        return True
+
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""
         return None

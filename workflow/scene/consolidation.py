@@ -90,7 +90,7 @@ class Consolidation(Method2):
     @cached_property
     def law_in_units(self) -> ContactLaw:
         """K_N = kappa F0/a at every stress: one material."""
-        return self.law(1.0)
+        return self.contact_law(1.0)
 
     @property
     def force_unit(self) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from workflow.scene.packing import Packing
+from workflow.scene.routes import mean_pair_mass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -36,6 +37,18 @@ class Method1(Packing):
         return max(self.pressure / (3.0 * self.berendsen_rate), self.law_in_units.kn * length / (3.0 * speed))
 
     @property
+    def nph_period(self) -> float:
+        """Period p of LAMMPS's barostat nph, whose inertia (N + 1) p^2 is that of the equation of the cell, W or M, times the
+        area half way between the start and a solid fraction of 0.8 [T0]."""
+        area = 0.5 * self.n * self.mean_area * (1.0 / self.phi0 + 1.0 / 0.8)
+        return math.sqrt(self.cell_inertia * area / (self.n + 1))
+
+    @property
+    def nph_drag(self) -> float:
+        """Drag of that barostat in the stage with dashpots: critical for a cell of stiffness K_N, sqrt(K_N/W) p."""
+        return math.sqrt(self.law_in_units.kn / self.cell_inertia) * self.nph_period
+
+    @property
     def compression_time(self) -> float:
         """Time in which the barostat closes the initial gas to a solid fraction of 0.8 [T0]."""
         strain = 1.0 - math.sqrt(self.phi0 / 0.8)
@@ -50,5 +63,7 @@ class Method1(Packing):
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method1.in."""
         return super().variables() | {
-            "barostat": self.barostat, "berendsen_modulus": self.berendsen_modulus, "unchanged_time": 2.0 * self.hold_time,
+            "barostat": self.barostat, "nph_period": self.nph_period, "nph_drag": self.nph_drag,
+            "pair_mass": mean_pair_mass(self.smallest), "berendsen_modulus": self.berendsen_modulus,
+            "unchanged_time": 2.0 * self.hold_time,
         }  # fmt: skip

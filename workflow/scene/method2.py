@@ -88,6 +88,9 @@ class Method2(Packing):
     }  # fmt: skip
 
     def __post_init__(self) -> None:
+        if self.barostat in ("nph", "berendsen"):
+            raise InputError(f"barostat = '{self.barostat}' is not allowed in method2, whose cell starts at no stress: "
+                             "use inertial")  # fmt: skip
         preset = {"max_time": 5000.0, **SERIES.get(self.series, {})}
         if self.series != "B" and self.kappa is not None:
             preset["soft_kappa"] = self.kappa
@@ -97,9 +100,9 @@ class Method2(Packing):
         super().__post_init__()
         if not self.cohesion:
             raise InputError("cohesion = false is not allowed: grains without attraction form no aggregate; use method1")
-        if self.barostat != "inertial":
-            raise InputError(f"barostat = '{self.barostat}' is not allowed in method2, whose cell starts at no stress: "
-                             "use inertial")  # fmt: skip
+        if not self.exact and self.soft_kappa != self.kappa:
+            raise InputError(f"law = {self.law} is not allowed with soft_kappa = {self.soft_kappa:g}: LAMMPS's pair styles "
+                             f"cannot stiffen while they run; use soft_kappa = {self.kappa:g}, or the exact law")  # fmt: skip
 
     @property
     def pressure(self) -> float:

@@ -17,12 +17,12 @@ from workflow.scene.fluid import fluid
 from workflow.scene.parts import Cell, Equilibrium, Grains, Material, Numerics, idle
 from workflow.scene.placement import diameters, place_randomly
 from workflow.scene.progress import of_packing, packing_left
+from workflow.scene.routes import check_route, route_variables, route_warnings
 from workflow.scene.time_step import Step, choose_step, rolling_dashpot
 
 MOST_STEPS = 2_000_000_000  # of one run of LAMMPS
 ENDLESS = 1e100  # stands for infinity, which LAMMPS does not read
 LONGEST = 1e9  # time of a stage [T0]
-LAW = "common/law_cohesive.in"  # of lammps_inputs/, or beside the template
 DENSEST = 0.91  # solid fraction of the densest packing of equal discs; the cell never gets smaller than this
 
 
@@ -52,6 +52,11 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        check_route(self)
+        if self.law == "exact":
+            object.__setattr__(self, "law", None)  # the default, which is not written down: names of runs stay
+        elif not self.exact and self.scheme == "second":
+            object.__setattr__(self, "scheme", "paper")  # the only one that the law has
         if self.cell_mass is None:
             object.__setattr__(self, "cell_mass", 0.6 if self.cell == "lengths" else 0.3)
         if self.max_time is None:
@@ -116,7 +121,7 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
     @cached_property
     def law_in_units(self) -> ContactLaw:
         """The contact law's coefficients in scene units."""
-        return self.law(self.pressure)
+        return self.contact_law(self.pressure)
 
     @property
     def approach_speed(self) -> float:
@@ -126,6 +131,22 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
     def law_of(self, stage: str) -> ContactLaw:
         """The law at the end of a stage; one law for all unless a scene changes its stiffness on the way."""
         return self.law_in_units
+
+    @property
+    def lammps_law(self) -> tuple[ContactLaw, float] | None:
+        """The law that a pair style of LAMMPS stands for, and the radius of its rolling spring."""
+        return None if self.exact else (self.law_in_units, route_variables(self)["pair_radius"])
+
+    @property
+    def needs_plugin(self) -> bool:
+        """A law of LAMMPS without attraction, and a barostat of LAMMPS, need no plugin."""
+        return self.exact or self.cohesion or self.barostat == "inertial"
+
+    @property
+    def resumes_exactly(self) -> bool:
+        """Under a law of LAMMPS the plugin keeps the forces of a checkpoint; berendsen moves grains after the lists are made,
+        which then differ in their order."""
+        return self.exact or (self.needs_plugin and self.barostat != "berendsen")
 
     def pressure_of(self, stage: str) -> float | None:
         """Stress imposed in a stage, None in a cell of fixed size."""
@@ -198,8 +219,8 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         return max(50.0 * contact, 10.0 * 2.0 * math.pi * math.sqrt(self.cell_inertia / kn))
 
     def record(self) -> dict[str, Any]:
-        """What is done to the packing that the law does not do."""
-        return {"relaxation": self.relaxation}
+        """What is done to the packing that the law does not do; what a law of LAMMPS does not tell of a contact."""
+        return {"relaxation": self.relaxation} | ({} if self.exact else {"lacks": ["xi_r", "xi_t"]})
 
     def discs(self) -> Discs:
         """The initial discs, as the data file holds them."""
@@ -233,7 +254,8 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         """Values of the variables that the decks share."""
         law, every = self.law_in_units, self.every
         return {
-            "law": LAW, "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
+            **route_variables(self),
+            "kn": law.kn, "kt": law.kt, "zeta": law.zeta, "mu": min(law.mu, ENDLESS), "f0": law.f0, "d0": law.d0,
             "kr": law.kr, "mur": min(law.mur, ENDLESS),
             "stress": self.pressure, "force_unit": self.force_unit,
             "cell": self.cell, "cell_mass": self.cell_mass, "rate_cap": self.rate_cap, "wall_cap": self.wall_cap,
@@ -249,10 +271,10 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
         }  # fmt: skip
 
     def warnings(self) -> list[str]:
-        """A compression that takes longer than a stage may."""
-        if self.compression_time <= self.max_time:
-            return []
-        return [f"the compression alone takes about {self.compression_time:.0f} T0: raise --max-time"]
+        """A compression that takes longer than a stage may; what the law of LAMMPS does otherwise."""
+        late = self.compression_time > self.max_time
+        words = [f"the compression alone takes about {self.compression_time:.0f} T0: raise --max-time"] if late else []
+        return words + route_warnings(self)
 
     def state_line(self, series: Mapping[str, Floats]) -> str:
         """Solid fraction, coordination number, pressure, unbalanced force, aggregates."""

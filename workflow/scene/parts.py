@@ -13,13 +13,13 @@ from typing import Any, ClassVar
 from workflow.data.contact_law import ContactLaw
 from workflow.scene.parameter import Parameters, parameter
 
+LAWS = ("exact", "granular", "hooke/history")
+LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
+
 
 def idle(*rules: tuple[str, bool, str]) -> dict[str, str]:
     """Names that have no effect -> why: the names, separated by blanks, of every rule (why, whether it applies, names)."""
     return {name: why for why, applies, names in rules if applies for name in names.split()}
-
-
-LEAST_STEPS = 14.0  # per stiffest period: none is beyond the limit of stability
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +75,10 @@ class Material(Parameters):
 
     GROUP: ClassVar[str] = "contact law"
 
+    law: str = parameter(
+        None, str, "contact law: exact (default, G07), LAMMPS's granular, with the plugin's attraction, or LAMMPS's "
+        "hooke/history, without attraction and rolling resistance", choices=LAWS, automatic=True,
+    )  # fmt: skip
     mu: float = parameter(0.5, float, "friction coefficient", symbol="mu", low=0.0, source="G07 table I: 0.15, 0.5")
     rolling: bool = parameter(False, bool, "rolling resistance", source="G07 eq. 10")
     cohesion: bool = parameter(True, bool, "attraction F0 of range D0", source="G07 eq. 4")
@@ -91,7 +95,12 @@ class Material(Parameters):
         source="G07 table I",
     )  # fmt: skip
 
-    def law(self, pressure: float) -> ContactLaw:
+    @property
+    def exact(self) -> bool:
+        """The law is that of G07 as the plugin integrates it, not one of LAMMPS."""
+        return self.law is None
+
+    def contact_law(self, pressure: float) -> ContactLaw:
         """Coefficients in scene units for a pressure P in F0/a (cohesionless: P = 1)."""
         kn = self.kappa * (max(1.0, pressure) if self.cohesion else pressure)
         rolling_length = (0.01 * self.mu if self.mur is None else self.mur) if self.rolling else 0.0
@@ -116,8 +125,9 @@ class Cell(Parameters):
         above=0.0, high=100.0, source="G07 eq. 12",
     )  # fmt: skip
     barostat: str = parameter(
-        "inertial", str, "inertial (G07 eq. 3) or LAMMPS's first-order berendsen", choices=("inertial", "berendsen")
-    )
+        "inertial", str, "inertial (G07 eq. 3), LAMMPS's inertial nph, or its first-order berendsen",
+        choices=("inertial", "nph", "berendsen"),
+    )  # fmt: skip
     cell: str = parameter(
         None, str, "equation of the cell: of its lengths (Parrinello and Rahman; default) or of its strain (G07 eq. 3 as "
         "printed)", choices=("lengths", "strain"), automatic=True, source="G07 sec. II A",
@@ -188,8 +198,9 @@ class Numerics(Parameters):
         automatic=True,
     )  # fmt: skip
     scheme: str = parameter(
-        "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
-        choices=("second", "paper"),
+        "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities), "
+        "which is that of LAMMPS's laws; synchronized: granular with its synchronized_verlet",
+        choices=("second", "paper", "synchronized"),
     )  # fmt: skip
     account: bool = parameter(True, bool, "energy account (what viscosity, sliding and rolling dissipate)")
     frame_interval: float = parameter(

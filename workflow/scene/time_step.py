@@ -12,7 +12,7 @@ CONTACTS_OF_A_DISC = 6  # of equal size around one disc; what the largest freque
 ROLLING_DASHPOT = 10.0  # fraction of critical of the dashpot on the rolling spring over that on the tangential one
 # steps per period at which a damped contact is at the limit of stability; the default of 28 stays four times below it, or two
 # times: the second scheme is accurate there
-STEPS_TO_LIMIT = {"paper": 7.0, "second": 14.0}
+STEPS_TO_LIMIT = {"paper": 7.0, "synchronized": 7.0, "second": 14.0}
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ class Silo(Scene, Numerics, Material):
     @property
     def step_choice(self):
         fall = math.sqrt(4.0 * self.bottom)  # from the top of the grains to the floor of the bin
-        return choose_step(self.law(1.0), self.smallest, fall, self)
+        return choose_step(self.contact_law(1.0), self.smallest, fall, self)
 
     def fixed(self):
         """Centres of the fixed discs, (F, 2), spaced by a: walls, floor of the bin, bottom of the silo."""
@@ -85,7 +85,7 @@ class Silo(Scene, Numerics, Material):
         return Discs(np.append(np.ones(len(fixed)), size), np.vstack((fixed, place)), np.array([self.width + 2.0, top]))
 
     def variables(self):
-        law, step = self.law(1.0), self.step_choice.step
+        law, step = self.contact_law(1.0), self.step_choice.step
         check = max(1, round(0.02 / step))
 
         def every(time: float) -> int:

@@ -17,7 +17,6 @@ from workflow.scene.consolidation import Consolidation
 from workflow.scene.heap import Heap
 from workflow.scene.method1 import Method1
 from workflow.scene.method2 import Method2
-from workflow.scene.packing import LAW
 from workflow.scene.registry import Scene
 
 TEMPLATE = """# variable kn index 7 is only a comment
@@ -146,6 +145,9 @@ def test_included_text_stands_where_it_was_asked_for(tmp_path: Path) -> None:
     (tmp_path / "common" / "part.in").write_text("run 1\nrun 2\n")
     (tmp_path / "deck.in").write_text("units lj\ninclude common/part.in\n# include common/part.in\ninclude other.in\n")
     assert whole(tmp_path / "deck.in") == "units lj\nrun 1\nrun 2\n# include common/part.in\ninclude other.in\n"
+
+
+LAW = "common/law_cohesive.in"
 
 
 def test_the_law_is_the_file_that_its_variable_names(tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
     "seconds": ((int, float, NOTHING), False), "result": ((dict,), False), "parts": ((dict,), False),
     "accepted": ((list,), False), "starts": ((int,), False), "earlier_ranks": ((list,), False),
+    "extension": ((dict, NOTHING), False),
 }  # fmt: skip
 
 
@@ -259,6 +260,9 @@ def misfit(state: Any) -> str | None:
             return f"parts {reprlib.repr(name)} = {reprlib.repr(extent)}"
     if not all(isinstance(entry, dict) for entry in state.get("accepted", [])):
         return f"accepted = {reprlib.repr(state['accepted'])}"
+    plan = state.get("extension")
+    if plan is not None and not _is_extension(plan):
+        return f"extension = {reprlib.repr(plan)}"
     if state["status"] not in (FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED):
         return f"status = {reprlib.repr(state['status'])}"
     if not 1 <= state.get("ranks", 1) <= 10**6:
@@ -266,6 +270,20 @@ def misfit(state: Any) -> str | None:
     if not 0.0 <= (state.get("seconds") or 0.0) < 1e12:
         return f"seconds = {reprlib.repr(state['seconds'])}"
     return None
+
+
+def _is_extension(plan: dict[str, Any]) -> bool:
+    """It has what `workflow.runs.extend` wrote: numbers in their places."""
+    back, lasts = plan.get("back"), plan.get("lasts")
+    pairs = list(lasts.items()) if isinstance(lasts, dict) else [("", None)]
+    numbers = [
+        plan.get("max_time"),
+        plan.get("max_steps"),
+        *(back if isinstance(back, list) else []),
+        *(step for _, step in pairs),
+    ]
+    fits = all(isinstance(one, int | float) and not isinstance(one, bool) and 0 < one < 2.0**63 for one in numbers)
+    return fits and (back is None or (isinstance(back, list) and len(back) == 2)) and all(name.isdecimal() for name, _ in pairs)
 
 
 def default_directory(scene: Scene) -> Path:

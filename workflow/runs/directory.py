@@ -19,7 +19,7 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -33,7 +33,7 @@ from workflow.errors import ArchiveError, InputError
 from workflow.runs.installation import versions
 from workflow.runs.lock import is_locked, locked_file
 from workflow.scene.base import Scene
-from workflow.scene.registry import read_toml, scene_from, to_toml
+from workflow.scene.registry import SCENES, read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS, SCENE, LOCK = "run.h5", "tracks.dump", "scene.toml", ".lock"
 PORTABLE = ("plugin", "job.sh", "README.txt")  # of a directory for a cluster
@@ -233,7 +233,8 @@ class RunDirectory:
         """Whether the run, finished, ended in equilibrium; None before its end, and of a scene that does not end so."""
         if self.state["status"] != FINISHED or not self.scene.ends_in_equilibrium:
             return None
-        return bool(self.result().get("equilibrated"))
+        equilibrated = self.result().get("equilibrated")
+        return None if equilibrated is None else bool(equilibrated)
 
 
 def misfit(state: Any) -> str | None:
@@ -289,6 +290,12 @@ def _is_extension(plan: dict[str, Any]) -> bool:
 def default_directory(scene: Scene) -> Path:
     """runs/NAME-HASH: the same scene always goes to the same place."""
     return Path("runs") / f"{scene.name}-{scene.digest[:8]}"
+
+
+def out_of_time(state: Mapping[str, Any]) -> bool:
+    """By the record of a finished run: its scene ends in equilibrium, and it did not get there."""
+    scene = SCENES.get(state["scene"])
+    return scene is not None and scene.ends_in_equilibrium and not state.get("result", {}).get("equilibrated", 1)
 
 
 def timestamp() -> str:

@@ -288,3 +288,14 @@ def test_the_line_fits_a_narrow_terminal(run: RunDirectory, monkeypatch: pytest.
     progress.show()
     lines = out.getvalue().split("\r")
     assert "left unknown" in lines[-1] and max(map(len, lines)) < 40
+
+
+@pytest.mark.parametrize("plan", [
+    {}, {"max_time": 3.0}, {"max_time": 3.0, "max_steps": 5, "back": None, "lasts": {"../x": 3}},
+    {"max_time": 3.0, "max_steps": 5, "back": [1], "lasts": {}}, {"max_time": "3", "max_steps": 5, "back": None, "lasts": {}},
+    {"max_time": 3.0, "max_steps": True, "back": None, "lasts": {}}, {"max_time": 3.0, "max_steps": 5, "back": 3, "lasts": []},
+])  # fmt: skip
+def test_an_extension_that_nobody_here_wrote_is_damage(plan: dict[str, object], run: RunDirectory) -> None:
+    run.record(extension=plan)
+    with pytest.raises(ArchiveError, match="extension"):
+        _ = run.state

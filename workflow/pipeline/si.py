@@ -15,8 +15,8 @@ from workflow.scene.parameter import quantity_of
 Row = tuple[str, float, str]  # name, value in units of the scene, dimension
 # units of parameters, and their dimensions
 UNITS = {
-    "a": "length", "sigma": "length", "T0": "time", "sqrt(sigma/g)": "time", "1/T0": "rate", "a/T0": "velocity",
-    "F0/a": "stress", "mg": "force", "mg/sigma": "stiffness", "mg sigma": "energy",
+    "a": "length", "sigma": "length", "T0": "time", "sqrt(sigma/g)": "time", "sqrt(a/g)": "time", "1/T0": "rate",
+    "a/T0": "velocity", "F0/a": "stress", "mg": "force", "mg/sigma": "stiffness", "mg sigma": "energy",
 }  # fmt: skip
 # numbers of a run: path among its measures, name, dimension
 MEASURED = (

@@ -66,7 +66,8 @@ def of_measures(measures: Mapping[str, Any]) -> Iterator[Row]:
 def of_frame(frame: Frame) -> Iterator[Row]:
     """Lengths of the cell and normal forces of a frame."""
     sizes = abs(frame.interactions.normal_force)
-    yield from (("length of the cell", float(length), "length") for length in frame.cell)
+    yield "width of the cell", float(frame.cell[0]), "length"
+    yield "height of the cell", float(frame.cell[1]), "length"
     if len(sizes):
         yield "mean normal force (size)", float(sizes.mean()), "force"
         yield "largest normal force (size)", float(sizes.max()), "force"

@@ -169,24 +169,6 @@ def test_run_that_does_not_come_to_rest_ends_with_its_measures(words: list[str],
     assert "finished, not in equilibrium" in wf("status", "short").stdout
 
 
-@pytest.mark.parametrize("time", [0.5, 4.0, 30.0], ids=["before a checkpoint", "early", "late"])
-def test_a_run_with_more_time_is_the_run_that_had_it_from_the_beginning(time: float, wf: Wf, tmp_path: Path) -> None:
-    """Every file but log, seals and record is the same."""
-    words = [*QUICK, "--checkpoint-interval", 1]
-    assert wf("run", *words, "--max-time", 400, "--out", "long").returncode == 0
-    assert wf("run", *words, "--max-time", time, "--out", "short").returncode == 3
-    refused = wf("resume", "short", "--max-time", 0.1)
-    assert refused.returncode == 2 and f"--max-time 0.1 is not allowed: the run in 'short' had {time:g}" in refused.stderr
-    assert wf("resume", "short").returncode == 2
-    done = wf("resume", "short", "--max-time", 400)
-    assert done.returncode == 0, done.stderr
-    for file in ("series.txt", "grains.dump", "contacts.dump", "run.h5", "measures.json", "scene.toml", "deck.in"):
-        assert (tmp_path / "short" / file).read_bytes() == (tmp_path / "long" / file).read_bytes(), file
-    assert record(tmp_path / "short")["digest"] == record(tmp_path / "long")["digest"]
-    refused = wf("resume", "long", "--max-time", 500)
-    assert refused.returncode == 2 and "ended in equilibrium" in refused.stderr
-
-
 def test_every_step_has_one_row(wf: Wf, tmp_path: Path) -> None:
     """Also the step at which a stage ends and the next begins, when it falls on a row."""
     assert wf("run", *QUICK, "--series-interval", 1e-3, "--out", "run").returncode == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -174,7 +175,7 @@ class Runner:
         if not self.out.isatty() or time.monotonic() - self.shown < LINE_INTERVAL:
             return
         self.shown = time.monotonic()
-        line = f"{len(self.running)} running, {self.summary()}"
+        line = f"{len(self.running)} running, {self.summary()}"[: shutil.get_terminal_size().columns - 1]
         self.out.write("\r" + line.ljust(len(self.line)))
         self.out.flush()
         self.line = line

@@ -49,6 +49,8 @@ def in_words(row: dict[str, Any]) -> str:
         words = one["line"] or one["reason"] or ""
         lines.append(f"  {one['status']:8s} {one['name']}  {one['label']:{width}s}  {words}")
     lines += [f"  and {len(some) - MOST} more {kind}: see --json" for kind, some in kinds.items() if len(some) > MOST]
+    short = sum(one["status"] == study.DONE and one["reason"] == study.OUT_OF_TIME for one in row["points"])
+    lines += [f"  {short} of those done {study.OUT_OF_TIME}"] if short else []
     waits = Counter(one["reason"] for one in row["points"] if one["status"] == study.WAITING and one["reason"])
     lines += [f"  {count} waiting {reason}" for reason, count in waits.most_common()]
     lines += [f"  the scheduler was not asked: {row['scheduler']}"] if row["scheduler"] else []

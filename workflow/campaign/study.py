@@ -36,6 +36,7 @@ from workflow.scene.registry import scene_from
 WAITING, RUNNING, INTERRUPTED, DONE, FAILED = "waiting", "running", "interrupted", "done", "failed"
 STATUSES = (WAITING, RUNNING, INTERRUPTED, DONE, FAILED)
 POINTS, CLAIMS = "points.json", ".claims"
+OUT_OF_TIME = "not in equilibrium: the time of a stage was over"
 NAME = 16  # digits of the digest that name a directory
 
 
@@ -224,6 +225,8 @@ def standing_in(path: str) -> PointStatus:
             where = f"on {state['host']}" if elsewhere else None
             return PointStatus(RUNNING, where, seconds + seconds_since(state.get("started")), ranks)
         return PointStatus(INTERRUPTED, "it was killed", seconds, ranks)
+    if status == rundir.FINISHED and rundir.out_of_time(state):
+        reason = OUT_OF_TIME
     known = {rundir.PREPARED: WAITING, rundir.FINISHED: DONE, rundir.INTERRUPTED: INTERRUPTED}
     return PointStatus(known.get(status, FAILED), reason, seconds, ranks)
 

@@ -11,10 +11,9 @@ from workflow.cli.options import command
 from workflow.scene.registry import SCENES
 
 EXAMPLES = """
-eval "$(wf completion bash)"                                      in ~/.bashrc
-wf completion bash > ~/.local/share/bash-completion/completions/wf   once, read by bash when it is needed
-wf completion zsh > ~/.zfunc/_wf                                  a folder of fpath in ~/.zshrc
-wf completion tcsh > ~/.wf.tcsh                                   and source it in ~/.tcshrc
+wf completion bash        the script; in ~/.bashrc: eval "$(wf completion bash)"
+wf completion zsh         to be written to a file _wf in a folder of fpath
+wf completion fish        to be written to ~/.config/fish/completions/wf.fish
 """
 SHELLS = shtab.SUPPORTED_SHELLS
 SCENE = {"bash": "_wf_scene", "zsh": f"_alternative 'scenes:scene:({' '.join(SCENES)})' 'files:file:_files -g \"*.toml\"'"}

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from workflow.errors import InputError
+from workflow.errors import InputError, did_you_mean
 from workflow.scene.method1 import Method1
 
 Item = TypeVar("Item")
@@ -66,7 +66,7 @@ def one_of(names: Sequence[str]) -> Callable[[str, str], str]:
 
     def read(word: str, option: str) -> str:
         if word not in names:
-            raise InputError(f"{option} '{word}' is not known; known are: {', '.join(names)}")
+            raise InputError(f"{option} '{word}' is not known; {did_you_mean(word, names)}known are: {', '.join(names)}")
         return word
 
     return read

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from workflow.errors import InputError
+from workflow.errors import InputError, did_you_mean
 
 REWORDED = (  # what argparse says, and what is said here
     (r"argument ([^:]+): invalid (.+) value: '(.*)'", r"\1 '\3' is not allowed: it must be a \2"),
@@ -76,9 +75,7 @@ class Parser(argparse.ArgumentParser):
         choice = re.fullmatch(r"argument ([^:]+): invalid choice: '?(.*?)'? \(choose from (.*)\)", message)
         if choice:
             known = choice[3].replace("'", "").split(", ")
-            near = difflib.get_close_matches(choice[2], known, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]}? It must be" if near else "it must be"
-            message = f"{choice[1]} '{choice[2]}' is not known; {hint} one of {', '.join(known)}"
+            message = f"{choice[1]} '{choice[2]}' is not known; {did_you_mean(choice[2], known)}known are: {', '.join(known)}"
         raise InputError(f"{message}; '{' '.join(filter(None, (self.prog, self.subject)))} --help' shows what is allowed")
 
     def _unknown(self, option: str) -> str:
@@ -86,8 +83,7 @@ class Parser(argparse.ArgumentParser):
         if option in self.elsewhere:
             return f"{option} {self.elsewhere[option]}"
         known = [flag for action in self._actions for flag in action.option_strings]
-        near = difflib.get_close_matches(option.replace("_", "-"), known, n=2, cutoff=0.6)
-        return f"unknown option {option}" + (f": did you mean {' or '.join(near)}?" if near else "")
+        return f"unknown option {option}: {did_you_mean(option.replace('_', '-'), known, 2)}".rstrip(": ")
 
 
 def number(text: str) -> float:

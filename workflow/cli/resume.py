@@ -43,6 +43,5 @@ def action(arguments: argparse.Namespace) -> int:
             f"on {arguments.ranks} ranks instead of {before}: rounding differs, so the run does not repeat bit for bit",
             file=sys.stderr,
         )
-    if arguments.max_time is not None:
-        extend(directory, arguments.max_time, any_deck=arguments.any_deck)
+    extend(directory, arguments.max_time, any_deck=arguments.any_deck)
     return finish(directory, arguments, resume=True, any_deck=arguments.any_deck, anew=arguments.anew)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,7 +36,8 @@ class Escaping:
 def overwrite(text: str) -> None:
     """Show ``text`` on a line of the terminal that the next one overwrites; nothing elsewhere, and "" clears it."""
     if sys.stderr.isatty():
-        sys.stderr.write("\r" + text.ljust(40) + ("" if text else "\r"))
+        shown = text[: shutil.get_terminal_size().columns - 1]
+        sys.stderr.write("\r" + shown.ljust(40) + ("" if text else "\r"))
         sys.stderr.flush()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from typing import TextIO
 
@@ -26,10 +27,11 @@ class Meter:
         self.shown = now
         left = (now - self.begun) * (self.total / self.done - 1.0)
         line = f"{100.0 * self.done / self.total:3.0f} %  left ~{left:.0f} s  {what}"
-        self.out.write(f"\r{line:78.78s}" if terminal else line + "\n")
+        width = shutil.get_terminal_size().columns - 1
+        self.out.write(f"\r{line[:width]:{width}s}" if terminal else line + "\n")
         self.out.flush()
 
     def end(self) -> None:
         """Leave the terminal's line."""
         if self.out.isatty():
-            self.out.write("\r" + " " * 78 + "\r")
+            self.out.write("\r" + " " * (shutil.get_terminal_size().columns - 1) + "\r")

@@ -17,7 +17,7 @@ from workflow.errors import InputError
 
 FORCES = {"force": "N", "pressure": "Pa", "gravity": "m/s^2"}  # what sets the unit of force, one of them
 STANDS_FOR = {"force": "the attraction F0", "pressure": "the pressure P of a scene without cohesion", "gravity": "g of a heap"}
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S?.{0,30})")
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([\w/*^ .²³-]{0,30})")
 
 
 @cache

@@ -14,7 +14,7 @@ import numpy as np
 
 from workflow.data.contact_law import ContactLaw
 from workflow.data.frame import Floats, Frame, Ints
-from workflow.errors import InputError, WorkflowError
+from workflow.errors import InputError, WorkflowError, did_you_mean
 from workflow.measures.clusters import aggregates, local_coordination, pair_correlation
 from workflow.measures.density import Scattering, autocorrelation, average, mesh_spacing, scattering
 from workflow.measures.elasticity import DENSE, elastic_moduli, vibrations
@@ -326,7 +326,8 @@ def chosen_groups(names: Sequence[str] | None, grains: int) -> list[str]:
         return list(GROUPS) if names[0] == "all" else []
     for name in names:
         if name not in GROUPS:
-            raise InputError(f"'{name}' is no group of measures; choose from {', '.join(GROUPS)}, or all, or none")
+            hint = did_you_mean(name, GROUPS)
+            raise InputError(f"'{name}' is no group of measures; {hint}choose from {', '.join(GROUPS)}, or all, or none")
     return list(names)
 
 

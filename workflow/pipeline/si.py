@@ -15,8 +15,8 @@ from workflow.scene.parameter import quantity_of
 Row = tuple[str, float, str]  # name, value in units of the scene, dimension
 # units of parameters, and their dimensions
 UNITS = {
-    "a": "length", "sigma": "length", "T0": "time", "sqrt(sigma/g)": "time", "1/T0": "rate", "a/T0": "velocity",
-    "F0/a": "stress", "mg": "force", "mg/sigma": "stiffness", "mg sigma": "energy",
+    "a": "length", "sigma": "length", "T0": "time", "sqrt(sigma/g)": "time", "sqrt(a/g)": "time", "1/T0": "rate",
+    "a/T0": "velocity", "F0/a": "stress", "mg": "force", "mg/sigma": "stiffness", "mg sigma": "energy",
 }  # fmt: skip
 # numbers of a run: path among its measures, name, dimension
 MEASURED = (
@@ -66,7 +66,8 @@ def of_measures(measures: Mapping[str, Any]) -> Iterator[Row]:
 def of_frame(frame: Frame) -> Iterator[Row]:
     """Lengths of the cell and normal forces of a frame."""
     sizes = abs(frame.interactions.normal_force)
-    yield from (("length of the cell", float(length), "length") for length in frame.cell)
+    yield "width of the cell", float(frame.cell[0]), "length"
+    yield "height of the cell", float(frame.cell[1]), "length"
     if len(sizes):
         yield "mean normal force (size)", float(sizes.mean()), "force"
         yield "largest normal force (size)", float(sizes.max()), "force"

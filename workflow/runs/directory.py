@@ -19,7 +19,7 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -33,7 +33,7 @@ from workflow.errors import ArchiveError, InputError
 from workflow.runs.installation import versions
 from workflow.runs.lock import is_locked, locked_file
 from workflow.scene.base import Scene
-from workflow.scene.registry import read_toml, scene_from, to_toml
+from workflow.scene.registry import SCENES, read_toml, scene_from, to_toml
 
 ARCHIVE, TRACKS, SCENE, LOCK = "run.h5", "tracks.dump", "scene.toml", ".lock"
 PORTABLE = ("plugin", "job.sh", "README.txt")  # of a directory for a cluster
@@ -47,6 +47,7 @@ ENTRIES: dict[str, tuple[tuple[type, ...], bool]] = {
     "reason": ((str, NOTHING), False), "started": ((str,), False), "finished": ((str,), False),
     "seconds": ((int, float, NOTHING), False), "result": ((dict,), False), "parts": ((dict,), False),
     "accepted": ((list,), False), "starts": ((int,), False), "earlier_ranks": ((list,), False),
+    "extension": ((dict, NOTHING), False),
 }  # fmt: skip
 
 
@@ -232,7 +233,8 @@ class RunDirectory:
         """Whether the run, finished, ended in equilibrium; None before its end, and of a scene that does not end so."""
         if self.state["status"] != FINISHED or not self.scene.ends_in_equilibrium:
             return None
-        return bool(self.result().get("equilibrated"))
+        equilibrated = self.result().get("equilibrated")
+        return None if equilibrated is None else bool(equilibrated)
 
 
 def misfit(state: Any) -> str | None:
@@ -259,6 +261,9 @@ def misfit(state: Any) -> str | None:
             return f"parts {reprlib.repr(name)} = {reprlib.repr(extent)}"
     if not all(isinstance(entry, dict) for entry in state.get("accepted", [])):
         return f"accepted = {reprlib.repr(state['accepted'])}"
+    plan = state.get("extension")
+    if plan is not None and not _is_extension(plan):
+        return f"extension = {reprlib.repr(plan)}"
     if state["status"] not in (FINISHED, INTERRUPTED, FAILED, RUNNING, PREPARED):
         return f"status = {reprlib.repr(state['status'])}"
     if not 1 <= state.get("ranks", 1) <= 10**6:
@@ -268,9 +273,29 @@ def misfit(state: Any) -> str | None:
     return None
 
 
+def _is_extension(plan: dict[str, Any]) -> bool:
+    """It has what `workflow.runs.extend` wrote: numbers in their places."""
+    back, lasts = plan.get("back"), plan.get("lasts")
+    pairs = list(lasts.items()) if isinstance(lasts, dict) else [("", None)]
+    numbers = [
+        plan.get("max_time"),
+        plan.get("max_steps"),
+        *(back if isinstance(back, list) else []),
+        *(step for _, step in pairs),
+    ]
+    fits = all(isinstance(one, int | float) and not isinstance(one, bool) and 0 < one < 2.0**63 for one in numbers)
+    return fits and (back is None or (isinstance(back, list) and len(back) == 2)) and all(name.isdecimal() for name, _ in pairs)
+
+
 def default_directory(scene: Scene) -> Path:
     """runs/NAME-HASH: the same scene always goes to the same place."""
     return Path("runs") / f"{scene.name}-{scene.digest[:8]}"
+
+
+def out_of_time(state: Mapping[str, Any]) -> bool:
+    """By the record of a finished run: its scene ends in equilibrium, and it did not get there."""
+    scene = SCENES.get(state["scene"])
+    return scene is not None and scene.ends_in_equilibrium and not state.get("result", {}).get("equilibrated", 1)
 
 
 def timestamp() -> str:

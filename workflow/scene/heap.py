@@ -387,7 +387,7 @@ class Heap(Scene):
         return idle(
             ("Hooke's law takes the place of the continuous one", self.hooke > 0.0, "index cutoff"),
             ("mu is 0", self.mu == 0.0, "alpha"),
-            ("the heap starts as a pyramid", self.start == "pyramid", "feed_rate feed_half_width drop_height"),
+            ("the heap starts as a pyramid", self.start == "pyramid", "feed_rate feed_half_width"),
             ("a flat base has no discs", self.base == "flat" and self.start == "pour", "spacing"),
             ("the step is given", self.step is not None, "steps_per_period"),
         )

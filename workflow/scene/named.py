@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from workflow.errors import InputError
+from workflow.errors import InputError, did_you_mean
 from workflow.scene.registry import SCENES, Scene, read_toml, scene_from
 
 
@@ -17,9 +16,7 @@ def scene_named(name: str, given: Mapping[str, Any]) -> Scene:
     if name in SCENES:
         return scene_from({"scene": name, **given})
     if not (name.endswith(".toml") or os.path.exists(name)):
-        near = difflib.get_close_matches(name, SCENES, n=1)
-        hint = f"did you mean {near[0]}? " if near else ""
-        known = ", ".join(sorted(SCENES))
+        known, hint = ", ".join(sorted(SCENES)), did_you_mean(name, SCENES)
         raise InputError(f"'{name}' is neither a scene nor a file; {hint}scenes are: {known}; or give the path of a TOML file")
     stated = read_toml(Path(name))
     if "as_printed" in given:  # a file states the readings that it was run with

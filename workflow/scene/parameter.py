@@ -5,14 +5,13 @@ The same statement drives validation, the TOML file, the options of the command 
 
 from __future__ import annotations
 
-import difflib
 import math
 import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, ClassVar
 
-from workflow.errors import InputError
+from workflow.errors import InputError, did_you_mean
 
 GROUPS = ("grains", "contact law", "protocol", "numerics", "output")  # of parameters, in the order of the help
 
@@ -100,8 +99,7 @@ def quantity_of(item: Field) -> Quantity:
 def unknown_name(name: str, known: Iterable[str], what: str) -> InputError:
     """The error for a misspelt name, with the nearest known ones."""
     known = sorted(known)
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(near)}?" if near else f"known are: {', '.join(known)}"
+    hint = did_you_mean(name, known, 3).rstrip() or f"known are: {', '.join(known)}"
     return InputError(f"unknown {what} {reprlib.repr(name)}; {hint}")
 
 

@@ -52,6 +52,10 @@ class Silo(Scene, Numerics, Material):
         return Units("a", "mg", "√(a/g)")
 
     @property
+    def force_set_by(self):
+        return "gravity"
+
+    @property
     def columns(self):
         """Of the lattice that the grains start on."""
         return int((self.width - 0.2) / PITCH)

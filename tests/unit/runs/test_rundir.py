@@ -277,3 +277,25 @@ def test_the_last_row_is_that_of_the_whole_series(run: RunDirectory) -> None:
         assert {name: values[-1] for name, values in read_last_row(run / "series.txt").items()} == whole
     run.write_text("series.txt", "# step time stage\n")
     assert read_last_row(run / "series.txt") == {}
+
+
+def test_the_line_fits_a_narrow_terminal(run: RunDirectory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watch, "LINE_INTERVAL", 0.0)
+    monkeypatch.setenv("COLUMNS", "40")
+    out = Terminal()
+    progress = watch.Progress(run, out)
+    write_series(run, np.ones(9))
+    progress.show()
+    lines = out.getvalue().split("\r")
+    assert "left unknown" in lines[-1] and max(map(len, lines)) < 40
+
+
+@pytest.mark.parametrize("plan", [
+    {}, {"max_time": 3.0}, {"max_time": 3.0, "max_steps": 5, "back": None, "lasts": {"../x": 3}},
+    {"max_time": 3.0, "max_steps": 5, "back": [1], "lasts": {}}, {"max_time": "3", "max_steps": 5, "back": None, "lasts": {}},
+    {"max_time": 3.0, "max_steps": True, "back": None, "lasts": {}}, {"max_time": 3.0, "max_steps": 5, "back": 3, "lasts": []},
+])  # fmt: skip
+def test_an_extension_that_nobody_here_wrote_is_damage(plan: dict[str, object], run: RunDirectory) -> None:
+    run.record(extension=plan)
+    with pytest.raises(ArchiveError, match="extension"):
+        _ = run.state

@@ -106,6 +106,24 @@ def test_command_of_row_computes_and_continues_every_point(project: Project, pro
     check_results(folder)
 
 
+@pytest.mark.parametrize(("status", "told"), [(0, 0), (1, 1), (2, 2), (3, 0), (130, 130)])
+def test_managers_are_told_that_a_run_failed_and_not_that_its_time_was_over(
+    status: int, told: int, project: Project, tmp_path: Path
+) -> None:
+    """A `wf` that only notes its words; 3 is that of a finished run that is not in equilibrium."""
+    folder = project("row")
+    (tmp_path / "wf").write_text(f'#!/bin/sh\necho "$@" >> said\nexit {status}\n')
+    (tmp_path / "wf").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    words = ["sh", "point.sh", "scenes/a.toml", "points/a b", "--ranks", "2"]
+    assert subprocess.run(words, cwd=folder, env=environment, check=False).returncode == told
+    (folder / "points/a b").mkdir()
+    (folder / "points/a b/run.json").write_text("{}")
+    assert subprocess.run(words, cwd=folder, env=environment, check=False).returncode == told
+    said = (folder / "said").read_text().splitlines()
+    assert said == ["run scenes/a.toml --out points/a b --ranks 2", "resume points/a b --ranks 2"]
+
+
 @pytest.mark.managers
 def test_snakemake_computes_the_study(project: Project, programs: dict[str, str]) -> None:
     if not find_spec("snakemake"):

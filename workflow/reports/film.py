@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.animation import FFMpegWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from PIL import Image
 
@@ -20,6 +21,7 @@ from workflow.errors import EnvironmentFault, InputError
 from workflow.pipeline.sources import Source
 from workflow.reports.canvas import (
     THINNEST,
+    Bar,
     bonds,
     canvas_of,
     disc_swatch,
@@ -59,9 +61,8 @@ def film(source: Source, path: Path | None = None, folder: Path | None = None, s
         )
     view, first = _view(source)
     with style():
-        scene = _Scene(view, first, list(source.frames()))
-        total = len(scene.frames)
-        rate = float(np.clip(total / SECONDS, *RATES))
+        scene = _Scene(view, first, source.frames)
+        rate = float(np.clip(scene.count / SECONDS, *RATES))
         with atomic_write(path) as draft:
             (_mp4 if path.suffix.lower() == ".mp4" else _gif)(scene.canvas.figure, scene.drawn(said), draft, rate)
     return path
@@ -79,32 +80,41 @@ def _view(source: Source) -> tuple[View, Sight]:
 
 
 class _Scene:
-    """What all frames share: the window, the width of a force, the legend."""
+    """What all frames share: the window, the width of a force, the legend.  ``frames`` reads them one at a time, twice: what
+    they share is known when the last was seen."""
 
-    def __init__(self, view: View, sight: Sight, frames: Sequence[Frame]) -> None:
-        if len(frames) < 2:
-            raise InputError(f"a film needs two frames or more, there is {len(frames)}; run with a shorter --frame-interval")
+    def __init__(self, view: View, sight: Sight, frames: Callable[[], Iterable[Frame]]) -> None:
         self.view, self.sight, self.frames = view, sight, frames
-        last = replace(sight, frame=frames[-1])
-        self.canvas = canvas_of(frames[-1], _window(view, last, frames))
+        self.count, corners, seen, largest = 0, (np.full(2, np.inf), np.full(2, -np.inf)), set[str](), 0.0
+        for frame in frames():
+            self.count += 1
+            corners = np.minimum(corners[0], frame.origin), np.maximum(corners[1], frame.origin + frame.cell)
+            last = replace(sight, frame=frame)
+            seen |= {name for name, rows in view.kinds(last).items() if name in LOOK and rows.any()}
+            largest = max(largest, float(np.abs(frame.interactions.normal_force).max(initial=0.0)) / sight.force_unit)
+        if self.count < 2:
+            raise InputError(f"a film needs two frames or more, there is {self.count}; run with a shorter --frame-interval")
+        self.canvas = canvas_of(last.frame, corners if any(last.frame.periodic) else _heap_of(view, last))
         self.band = view.band(last) * self.canvas.points
-        length, force, _ = Units("a", "F₀" if sight.cohesive else "F₁", "T₀") if sight.scene is None else sight.scene.units
-        rows = [view.kinds(replace(sight, frame=frame)) for frame in frames]
-        seen = {name for kinds in rows for name, of in kinds.items() if of.any()}
-        largest = max(float(np.abs(frame.interactions.normal_force).max(initial=0.0)) for frame in frames) / sight.force_unit
-        kinds = look({name: np.ones(1, dtype=bool) for name in seen if name in LOOK})
+        self.title = finish(self.canvas, "frame", *self._legend(seen, largest))
+
+    def _legend(self, seen: set[str], largest: float) -> tuple[list[Line2D], list[Bar]]:
+        """Entries of the kinds and marks that occur, and bars to scale."""
+        scene, cohesive = self.sight.scene, self.sight.cohesive
+        length, force, _ = Units("a", "F₀" if cohesive else "F₁", "T₀") if scene is None else scene.units
+        handles = legend_of(look({name: np.ones(1, dtype=bool) for name in seen}))
+        handles += [disc_swatch(FILLS[mark], name) for mark, name in self.view.marks]
         bars = [length_bar(self.canvas, in_math(length))]
         if seen & set(SIGNED) and largest > 0:
             bars.append(force_bar(self.band, in_math(force), largest))
-        handles = [*legend_of(kinds), *(disc_swatch(FILLS[mark], name) for mark, name in view.marks)]
-        self.title = finish(self.canvas, "frame", handles, bars)
+        return handles, bars
 
     def drawn(self, said: Said) -> Iterator[None]:
         """Draw one frame after the other; each is there when the next is asked for."""
-        for number, frame in enumerate(self.frames, 1):
+        for number, frame in enumerate(self.frames(), 1):
             self._draw(frame)
             yield
-            said(number, len(self.frames))
+            said(number, self.count)
 
     def _draw(self, frame: Frame) -> None:
         canvas, sight = self.canvas, replace(self.sight, frame=frame)
@@ -131,13 +141,10 @@ class _Scene:
         self.canvas.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
-def _window(view: View, last: Sight, frames: Sequence[Frame]) -> tuple[Floats, Floats]:
-    """Corners of what all frames are seen in: the largest cell, or with walls the grains of the last frame."""
-    frame = last.frame
-    if any(frame.periodic):
-        ends = [(f.origin, f.origin + f.cell) for f in frames]
-        return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
-    place = frame.position[view.shown(last)] if view.shown(last).any() else frame.position
+def _heap_of(view: View, last: Sight) -> tuple[Floats, Floats]:
+    """Corners of what is seen of a box with walls: the grains of the last frame that its view shows."""
+    shown = view.shown(last)
+    place = last.frame.position[shown] if shown.any() else last.frame.position
     return place.min(axis=0) - 1.0, place.max(axis=0) + 1.0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powd
     room = FILM / len(sources)
     for name, source in zip(_names(sources), sources, strict=True):
         try:
-            sheets.append(_of_run(name, source, room) if isinstance(source, Run) else _of_dump(name, source, command))
+            sheets.append(_of_run(name, source, room) if isinstance(source, Run) else _of_dump(name, source, command, room))
         except WorkflowError as fault:
             if len(sources) == 1 or fault.status == 2:
                 raise
@@ -104,7 +104,7 @@ def _of_run(name: str, source: Run, room: float) -> ReportData:
     scene, state = directory.scene, standing(directory)
     with Archive(directory / ARCHIVE) as archive:
         frame, count, origin = archive.frame(source.number), len(archive), archive.provenance
-        series, film = archive.series, _film(archive, frame, source.number % len(archive), room)
+        series, film = archive.series, _film(archive.frame, count, frame, source.number % count, room)
     last = source.number % count == count - 1
     measures = stored_measures(directory) if last and not source.options else source.measures(None)
     note = f"Frame {source.number % count + 1} of {count}, stage {frame.stage}, t = {frame.time:.6g}, step {frame.step}."
@@ -119,16 +119,22 @@ def _of_run(name: str, source: Run, room: float) -> ReportData:
     )  # fmt: skip
 
 
-def _film(archive: Archive, shown: Frame, number: int, room: float) -> list[tuple[str, Frame]]:
-    """As many frames with their words as have room on the page, evenly over the run, with the first, the last and the one
-    that is ``shown``; none where that is all there is room for."""
+def _film(frames: Callable[[int], Frame], count: int, shown: Frame, number: int, room: float) -> list[tuple[str, Frame]]:
+    """As many of the ``count`` frames with their words as have room on the page, evenly over the run, with the first, the last
+    and the one that is ``shown``; none where that is all there is room for."""
     size = 17 * shown.grains + 38 * len(shown.interactions)  # bytes of the arrays of `network`
-    most = min(len(archive), int(0.75 * room / size), MOST_FRAMES)  # 4 letters hold 3 bytes
-    if (most < 3 and most < len(archive)) or most < 2:
+    most = min(count, int(0.75 * room / size), MOST_FRAMES)  # 4 letters hold 3 bytes
+    if most < 2 or most < min(count, 3):
         return []
-    chosen = sorted({*np.linspace(0, len(archive) - 1, most).round().astype(int).tolist(), number})
-    frames = [(k, archive.frame(k)) for k in chosen]
-    return [(f"frame {k + 1} of {len(archive)}: {frame.stage}, t = {frame.time:.5g}", frame) for k, frame in frames]
+    chosen = sorted({*np.linspace(0, count - 1, most).round().astype(int).tolist(), number})
+    found = [(k, shown if k == number else frames(k)) for k in chosen]
+    return [(f"frame {k + 1} of {count}: {_words_of(frame)}", frame) for k, frame in found]
+
+
+def _words_of(frame: Frame) -> str:
+    """Stage and time of a frame, as far as they are known."""
+    clock = f"step {frame.step}" if "time" in frame.lacks else f"t = {frame.time:.5g}"
+    return f"{frame.stage}, {clock}" if frame.stage else clock
 
 
 def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -147,7 +153,7 @@ def _provenance(directory: RunDirectory, origin: Mapping[str, Any]) -> list[tupl
     return [(name, str(value)) for name, value in rows.items() if value is not None]
 
 
-def _of_dump(name: str, source: Dumps, command: str) -> ReportData:
+def _of_dump(name: str, source: Dumps, command: str, room: float) -> ReportData:
     frame, law = source.frame()
     tell(frame.notes)
     frame.need("the page of a dump", "normal", "tangential", "diameter", "gap")
@@ -155,6 +161,8 @@ def _of_dump(name: str, source: Dumps, command: str) -> ReportData:
     files = [("grains", path) for path in source.files.grains] + [("contacts", path) for path in source.files.contacts]
     rows = [(f"{what}: {path}", f"SHA-256 {_hash(path)}") for what, path in files]
     said = [("note", note) for note in frame.notes]
+    sample = source.sample()
+    count = len(sample.steps)
     clock = "" if "time" in frame.lacks else f"t = {frame.time:.6g}, "
     return ReportData(
         name=name, title="dump of another program", state="dump", reason=None,
@@ -163,6 +171,7 @@ def _of_dump(name: str, source: Dumps, command: str) -> ReportData:
         units=Units("a", "F₀" if law.law.cohesive else "F₁", "T₀"), view=PackingView(), scene=None, series={},
         measures=measures, numbers=list(lines({key: value for key, value in measures.items() if key != "notes"})),
         provenance=[*said, *rows, ("command of this page", command), ("page by", f"workflow {__version__}")], text="",
+        film=_film(sample.frame, count, frame, source.number % count, room),
     )  # fmt: skip
 
 

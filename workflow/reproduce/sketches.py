@@ -41,11 +41,11 @@ def draw_cohesive_law(path: Path) -> None:
         figure = Figure(figsize=(6.8, 2.8), layout="constrained")
         left, right = figure.subplots(1, 2)
         left.plot(gap / law.d0, normal_force(law, gap), color=INK)
-        left.set(xlabel="$h/D_0$", ylabel="$N/F_0$")
+        left.set(xlabel="gap $h/D_0$", ylabel="normal force $N/F_0$")
         elastic = np.array([0.0, 2.5])
         for sign in (1, -1):
             right.plot(elastic - law.f0, sign * law.mu * elastic, color=INK)
-        right.set(xlabel="$N/F_0$", ylabel="$T/F_0$")
+        right.set(xlabel="normal force $N/F_0$", ylabel="tangential force $T/F_0$")
         _axes(left, right)
         save(figure, path)
 
@@ -63,7 +63,7 @@ def draw_continuous_law(path: Path) -> None:
             (ContinuousLaw(stiffness=stiffness), RED, (0, (5, 2)), f"Hooke, $k$ = {stiffness:.0f}"),
         ):
             axes.plot(distance, normal_force(law, distance - 1.0), color=colour, linestyle=dash, label=name)
-        axes.set(xlabel=r"$r/\sigma$", ylabel=r"$F_N/mg$", xlim=(0.9, 1.21))
+        axes.set(xlabel=r"distance of the centres $r/\sigma$", ylabel=r"normal force $F_N/mg$", xlim=(0.9, 1.21))
         axes.legend(frameon=False, fontsize=8)
         _axes(axes)
         save(figure, path)

@@ -122,18 +122,18 @@ def measure(run, frame):
 # ---- its figure, of a run
 def discharge(runs: Sequence[Any], paths: Sequence[Path]) -> None:
     """Grains that passed against time, a curve for each run."""
-    from matplotlib.figure import Figure as ReportData  # slow to import, and most commands draw nothing
+    from workflow.reports.figures import LOOKS, panel, save, style  # slow to import, and most commands draw nothing
 
-    from workflow.reports.figures import save
-
-    sheet = ReportData(figsize=(4.0, 3.0), layout="constrained")
-    axes = sheet.subplots()
-    for run in runs:
-        with Archive(run.directory / "run.h5") as archive:
-            axes.plot(archive.series["time"], archive.series["passed"], label=run.name)
-    axes.set(xlabel=r"$t/\sqrt{a/g}$", ylabel="grains that passed")
-    axes.legend(frameon=False)
-    save(sheet, paths)
+    with style():
+        figure, axes = panel()
+        for number, run in enumerate(runs):
+            colour, dash, _ = LOOKS[number % len(LOOKS)]
+            with Archive(run.directory / "run.h5") as archive:
+                axes.plot(archive.series["time"], archive.series["passed"], color=colour, linestyle=dash, label=run.name)
+        axes.set(xlabel=r"time $t/\sqrt{a/g}$", ylabel="grains that passed")
+        if len(runs) > 1:
+            axes.legend()
+        save(figure, paths)
 
 
 SCENES = [Silo]

@@ -46,7 +46,8 @@ def action(arguments: argparse.Namespace) -> int:
             if "counts" in row:
                 print(study_in_words(row))
             else:
-                print(f"{row['directory']:{width}s}  {in_words(row):11s}  {row['line'] or ''}{row['reason'] or ''}")
+                words = filter(None, (f"{row['directory']:{width}s}", f"{in_words(row):11s}", row["line"], row["reason"]))
+                print("  ".join(words))
     return 0
 
 

@@ -26,7 +26,7 @@ def standing(directory: RunDirectory) -> dict[str, Any]:
     state = directory.state
     status, reason = state["status"], state.get("reason")
     if status == RUNNING and not alive(state.get("pid")):
-        status, reason = INTERRUPTED, f"  it was killed; continue with 'wf resume {shlex.quote(str(directory.path))}'"
+        status, reason = INTERRUPTED, f"it was killed; continue with 'wf resume {shlex.quote(str(directory.path))}'"
     numbers = _at_work(directory, state) if status == RUNNING else _at(directory, directory.scene)
     return {
         "directory": str(directory.path), "status": status, "equilibrium": directory.equilibrium(), **numbers,

@@ -17,10 +17,9 @@ from workflow.data.notes import tell
 from workflow.errors import InputError
 from workflow.pipeline.sources import Source
 from workflow.reports.draw import ALL, draw
-from workflow.reports.paper import COLUMN, DPI, PAGE, Paper, on
+from workflow.reports.paper import COLUMN, DPI, FORMATS, PAGE, Paper, on
 from workflow.reports.registry import FIGURES, STUDY
 
-FORMATS = ("png", "svg", "pdf")
 EXAMPLES = """
 wf plot runs/method1-130aae48                          forces.png/.svg and history.png/.svg in that directory
 wf plot runs/method1-130aae48 --out figures            elsewhere
@@ -75,13 +74,13 @@ def action(arguments: argparse.Namespace) -> int:
     asked = listed("--figure", arguments.figure, lambda word, _: word) if arguments.figure else []
     sources = sources_of(arguments)
     drawn = 0
-    if arguments.film is not None:
-        _film(sources, arguments.film, arguments.out, paper)
-        drawn = 1
     if arguments.film is None or asked:
         for made in draw(sources, asked, arguments.out or sources[0].folder, formats, paper):
             drawn += isinstance(made, Path)
             print(made, flush=True) if isinstance(made, Path) else tell([f"not drawn: {made.name}: {made.reason}"])
+    if arguments.film is not None:
+        _film(sources, arguments.film, arguments.out, paper)
+        drawn += 1
     return 0 if drawn else 1
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from workflow.errors import ArchiveError, InputError, WorkflowError
 from workflow.measures.alike import differing, in_words, kinds, labels
 from workflow.measures.registry import Settings
 from workflow.pipeline.sources import Source
-from workflow.reports.paper import PLAIN, Paper, on
+from workflow.reports.paper import FORMATS, PLAIN, Paper, on
 from workflow.reports.registry import FIGURES, FRAMES, Figure, Shown, figures_of
 
 ALL = "all"
@@ -118,8 +118,8 @@ def draw_one(source: Source, name: str, path: Path | None) -> Path:
     """
     figure = _named(source, [name])[name]
     path = source.folder / f"{name}.{(*figure.formats, 'png')[0]}" if path is None else path
-    if path.suffix[1:].lower() not in (known := figure.formats or _formats()):
-        raise InputError(f"'{path}' has no format of this figure; end its name in one of .{', .'.join(sorted(known))}")
+    if path.suffix[1:].lower() not in (known := figure.formats or FORMATS):
+        raise InputError(f"'{path}' has no format of this figure; end its name in one of .{', .'.join(known)}")
     sample: object
     if figure.of == FRAMES:
         frame, settings = source.frame()
@@ -132,13 +132,6 @@ def draw_one(source: Source, name: str, path: Path | None) -> Path:
     if figure.draw([sample], [path]) is False:
         raise InputError(f"figure '{name}': there is nothing to draw in '{source.name}'")
     return path
-
-
-def _formats() -> Iterable[str]:
-    """Those that matplotlib writes."""
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    return FigureCanvasBase.get_supported_filetypes()
 
 
 def _shown(source: Source, name: str) -> Shown:

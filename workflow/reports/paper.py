@@ -12,7 +12,9 @@ from workflow.errors import InputError
 COLUMN, PAGE = 86.0, 178.0  # mm: one column and both of a journal's page
 NARROW = 120.0  # mm; below, panels stand above each other
 DPI = 300
+FORMATS = ("png", "svg", "pdf")
 WIDTHS, DOTS = (40.0, 400.0), (50, 1200)  # mm and dots per inch that can be asked for
+WIDEST = 12000  # pixels; a picture of twice as many takes gigabytes
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,8 @@ class Paper:
         for option, value, (least, most) in (("--size", self.width, WIDTHS), ("--dpi", self.dpi, DOTS)):
             if value is not None and not least <= value <= most:
                 raise InputError(f"{option} {value:g} is not allowed; give a number from {least:g} to {most:g}")
+        if (wide := (self.width or PAGE) / 25.4 * (self.dpi or DPI)) > WIDEST:
+            raise InputError(f"--dpi {self.dpi} makes {wide:.0f} pixels of a line, at most {WIDEST} are drawn; give less")
 
 
 PLAIN = Paper()

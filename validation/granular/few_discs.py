@@ -1,6 +1,6 @@
 """Errors of a few discs under LAMMPS's granular law, with and without its synchronized_verlet: few_discs.csv.
 
-    python few_discs.py      some minutes; the cases of `wf accuracy` in which discs meet with friction
+python few_discs.py      some minutes; the cases of `wf accuracy` in which discs meet with friction
 """
 
 from __future__ import annotations

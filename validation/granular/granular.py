@@ -1,7 +1,7 @@
 """Method 1 under LAMMPS's granular law and its barostats beside the exact law: a row of granular.csv for each run.
 
-    python validation/granular/granular.py RUNS      runs what is missing in the folder RUNS, then writes granular.csv
-    python validation/granular/granular.py RUNS --finished      runs nothing: the rows of what is finished there
+python validation/granular/granular.py RUNS      runs what is missing in the folder RUNS, then writes granular.csv
+python validation/granular/granular.py RUNS --finished      runs nothing: the rows of what is finished there
 """
 
 from __future__ import annotations

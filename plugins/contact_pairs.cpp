@@ -25,8 +25,7 @@ void ContactPairs::init(const char *user)
                "disc/cohesive, and granular, gran/hooke/history and the like, alone or beside disc/tail in "
                "hybrid/overlay",
                user, force->pair_style ? force->pair_style : "none");
-  if (!comm->ghost_velocity)
-    error->all(FLERR, "{} needs velocities of ghost atoms: use 'comm_modify vel yes'", user);
+  if (!comm->ghost_velocity) error->all(FLERR, "{} needs velocities of ghost atoms: use 'comm_modify vel yes'", user);
   range = tail ? dynamic_cast<PairDiscTail *>(tail)->range() : 0.0;
 }
 

@@ -14,9 +14,9 @@ namespace LAMMPS_NS
 
 /* The interacting pairs of any pair style of contacts, for fixes that look at them.
 
-   Pair styles of this plugin tell what acted in the last evaluation.  Those of LAMMPS (granular, gran/...), alone or with
-   disc/tail in hybrid/overlay, are asked pair by pair through Pair::single() with the velocities of now; the part of the
-   normal force that is not attraction counts as elastic, since they do not tell it apart from the viscous one. */
+   Pair styles of this plugin tell what acted in the last evaluation.  Those of LAMMPS (granular, gran/...), alone or
+   with disc/tail in hybrid/overlay, are asked pair by pair through Pair::single() with the velocities of now; the part
+   of the normal force that is not attraction counts as elastic, since they do not tell it from the viscous one. */
 class ContactPairs : protected Pointers
 {
 public:

@@ -221,7 +221,8 @@ void FixDiscIntegrate::post_force(int)
 void FixDiscIntegrate::setup(int)
 {
   if (!pair) post_force(0);
-  if (history && history->continues_restart()) {    // as the run that wrote the restart: forces and stress at half-step velocities
+  // as the run that wrote the restart: forces and stress at half-step velocities
+  if (history && history->continues_restart()) {
     history->restore_forces();
     return;
   }
@@ -303,9 +304,13 @@ template <bool FINAL, bool INITIAL, bool DRIFT> void FixDiscIntegrate::pass()
   if (FINAL) measure_stress(mv2);
   if (DRIFT && !history) {
     if (!std::isfinite(sums.displacement_sq_sum))
-      error->one(FLERR, "the position of a grain is not a number at step {}: centres of two grains coincide, or the step {} is "
-                        "far too large", update->ntimestep, update->dt);
-    for (int a = 0; a < 2; a++)    // with the mean of the lengths before and after, as velocities are those of the half step
+      error->one(
+          FLERR,
+          "the position of a grain is not a number at step {}: centres of two grains coincide, or the step {} is "
+          "far too large",
+          update->ntimestep, update->dt);
+    // with the mean of the lengths before and after, as velocities are those of the half step
+    for (int a = 0; a < 2; a++)
       affine_rate[a] = (drift.cell_scaling[a] - 1.0) / (0.5 * (1.0 + drift.cell_scaling[a]) * dt);
   } else if (DRIFT) {
     history->pairs.require_number(sums.displacement_sq_sum);

@@ -13,10 +13,10 @@ namespace LAMMPS_NS
 
 /* fix ID all disc/resume
 
-   Makes a run go on from a restart file as the run that wrote it, under a pair style that is not of this plugin.  LAMMPS
+   Makes a run go on from a restart file as the run that wrote it, under a pair style that is not of this plugin. LAMMPS
    evaluates forces anew there, with velocities of the full step, while those of a run saw velocities of the half step.
-   Restart files that are written within a run keep forces, torques and virial; they are put back before the fixes that are
-   defined later look at them: define it before the one that integrates.
+   Restart files that are written within a run keep forces, torques and virial; they are put back before the fixes that
+   are defined later look at them: define it before the one that integrates.
 
      fix_modify ID forces anew      the next run starts as any other, not as the rest of an interrupted one */
 class FixDiscResume : public Fix

@@ -75,12 +75,16 @@ def test_an_axis_that_was_fixed_stays_fixed(discs: Callable[..., Any]) -> None:
         discs(**TWO, move="stress 1 NULL").command("fix_modify move stress 1 1")
 
 
-def test_another_pair_style_is_refused(discs: Callable[..., Any]) -> None:
-    with pytest.raises(Exception, match="pair styles of its plugin"):
-        discs(
-            **TWO,
-            first="uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\nrun 0",
-        )
+def test_a_pair_style_without_contacts_is_refused_by_name(discs: Callable[..., Any]) -> None:
+    other = "uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\n"
+    with pytest.raises(Exception, match="fix disc/equilibrium cannot read the contacts of pair_style zero"):
+        discs(**TWO, first=other + "fix eq all disc/equilibrium 10 unit 1\nrun 0")
+
+
+def test_a_cell_under_stress_defined_for_another_pair_style_is_refused(discs: Callable[..., Any]) -> None:
+    other = "uncompute energy\nuncompute pairs\nthermo_style one\npair_style zero 1.0\npair_coeff * *\nrun 0"
+    with pytest.raises(Exception, match="define it again after pair_style"):
+        discs(**TWO, move="stress 1 1", first=other)
 
 
 def test_coinciding_grains_are_refused(discs: Callable[..., Any]) -> None:

@@ -53,6 +53,8 @@ def check_route(scene: Packing) -> None:
          f"{named} has dashpots as multiples of the damping, and zeta = 0 is none: use dashpots = 0, or the exact law"),
         (scene.scheme == "synchronized" and law != "granular",
          f"scheme = synchronized is one of law = granular, not of {law}: use second or paper"),
+        (scene.scheme == "synchronized" and scene.mu == 0.0,
+         "scheme = synchronized is one of springs that slide, and mu = 0 has none: leave scheme out"),
         (of_lammps and scene.drag > 0.0 and scene.barostat != "inertial",
          f"{named} with barostat = {scene.barostat} has no background drag: use dashpots, or barostat = inertial"),
         (scene.barostat != "inertial" and bool(scene.rate_cap or scene.wall_cap),

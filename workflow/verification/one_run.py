@@ -38,6 +38,9 @@ VARIANTS = (
 )
 
 
+SYNCHRONIZED = Variant("stock, synchronized", "stock", "synchronized")  # of the stock law, for discs of very unlike sizes
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Final state (rows in the order of the data), the numbers the deck printed, processor seconds of the timed loop.

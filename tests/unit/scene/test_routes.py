@@ -28,6 +28,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("method1", {"law": "granular", "zeta": 0.0}, "zeta = 0 is none.*dashpots = 0, or the exact law"),
     ("method1", {"scheme": "synchronized"}, "synchronized is one of law = granular, not of exact.*second or paper"),
     ("method1", {"law": "hooke/history", **FREE, "scheme": "synchronized"}, "synchronized.*not of hooke/history"),
+    ("method1", {"law": "granular", "scheme": "synchronized", "mu": 0.0}, "mu = 0 has none: leave scheme out"),
     ("method1", {"law": "granular", "barostat": "nph", "drag": 1.0}, "no background drag.*dashpots, or barostat = inertial"),
     ("method1", {"barostat": "nph", "wall_cap": 0.05}, "barostat = nph has no cap.*use inertial"),
     ("method1", {"barostat": "berendsen", "rate_cap": 0.05}, "barostat = berendsen has no cap.*use inertial"),

@@ -150,9 +150,15 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_there_are_a_hundred_and_every_command_has_one() -> None:
+def test_there_are_a_hundred() -> None:
     assert len(WRONG) >= 100
-    assert {words.split()[0] for words in WRONG if words} >= set(COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_refuses_an_option_that_it_has_not(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, *(["method1"] if name in ("run", "deck") else []), "--nonsense=3"]) == 2
+    text = capsys.readouterr()
+    assert text.out == "" and text.err.startswith("wf: unknown option --nonsense") and f"wf {name}" in text.err
 
 
 @pytest.mark.parametrize("words", WRONG)

@@ -35,8 +35,13 @@ def value_schema(known: Quantity, default: Any = None) -> Schema:
 
 
 def parameters(scene: type[Scene]) -> Schema:
-    """Schemas of the parameters of a scene by name."""
-    return {item.name: value_schema(quantity_of(item), item.default) for item in fields(scene)}
+    """Schemas of the parameters of a scene by every name that a file may use."""
+    found: Schema = {}
+    for item in fields(scene):
+        known = quantity_of(item)
+        names = (item.name, getattr(known, "option", ""))  # another name, where a parameter declares one
+        found |= {name: value_schema(known, item.default) for name in names if name}
+    return found
 
 
 def scene_schema(scene: type[Scene]) -> Schema:

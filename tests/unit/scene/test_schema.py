@@ -56,7 +56,8 @@ def test_a_file_of_a_scene_is_valid_and_its_defaults_are_those_of_the_scene(name
     values = scene_from({"scene": name}).as_mapping()
     for whole in (schema(), schema(name)):
         Draft202012Validator(whole).validate({"scene": name, **values})
-    stated = {key: value["default"] for key, value in schema(name)["properties"].items() if "default" in value}
+    known = schema(name)["properties"]
+    stated = {key: known[key]["default"] for key in values if "default" in known[key]}
     assert stated == {key: values[key] for key in stated}
 
 

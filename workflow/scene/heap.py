@@ -13,16 +13,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.data.frame import Floats
 from workflow.errors import InputError
 from workflow.scene.base import Scene, Units
 from workflow.scene.parameter import parameter
 from workflow.scene.progress import of_heap
+from workflow.scene.routes import LARGEST_FRICTION
 from workflow.scene.time_step import Step
 
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
-LAW = "common/law_continuous.in"  # of lammps_inputs/, or beside the template
+LAWS = {None: "common/law_continuous.in", "hooke/history": "common/law_heap_hooke_history.in"}  # of lammps_inputs/
 MARGIN = 12.0  # free width beyond each end of the base
 HEADROOM = 6.0  # above the height of the drop
 # steps per period at which an impact with the damping of B97 is at the limit of stability; more damping shortens the step
@@ -42,6 +44,10 @@ class Heap(Scene):
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
     grains: int = parameter(1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1")
+    law: str = parameter(
+        None, str, "contact law: exact (default, B97), or LAMMPS's hooke/history, near to Hooke's (hooke > 0)",
+        choices=("exact", "hooke/history"), automatic=True,
+    )  # fmt: skip
     index: float = parameter(
         36.0, float, "index n of the force (sigma/r)^(n+1)", symbol="n", low=4.0, high=1000.0, source="B97 sec. II"
     )
@@ -114,6 +120,11 @@ class Heap(Scene):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.law == "exact":
+            object.__setattr__(self, "law", None)  # the default, which is not written down: names of runs stay
+        elif self.law:
+            self._check_hooke_history()
+            object.__setattr__(self, "scheme", "paper")  # the only one that it has
         apart = 0.5 / self.feed_rate**2
         if self.start == "pour" and apart < self.reach:
             raise InputError(
@@ -136,6 +147,32 @@ class Heap(Scene):
                 f"step = {choice.step:g} is not allowed: the stiffest period is {choice.period:.3g}; use at most "
                 f"{0.8 * choice.limit:.2g}, or leave it out"
             )
+
+    def _check_hooke_history(self) -> None:
+        """Raise InputError for what LAMMPS's hooke/history cannot do."""
+        rules = (
+            (self.hooke == 0.0, "is Hooke's law: give hooke, its stiffness, for example 500, or leave law out"),
+            (self.base == "flat", "has no smooth floor: use base = rough, or leave law out"),
+            (
+                self.printed_rotation or self.printed_damping,
+                "has no printed forms of eqs. 4, 6 and 13: leave them, or law, out",
+            ),
+            (self.mu > LARGEST_FRICTION, f"takes friction up to mu = {LARGEST_FRICTION:g}, not {self.mu:g}: leave law out"),
+        )
+        for wrong, words in rules:
+            if wrong:
+                raise InputError(f"law = {self.law} {words}")
+
+    @property
+    def lammps_law(self) -> tuple[ContactLaw, float] | None:
+        """Of LAMMPS's hooke/history, what it stands for: k, and the stiffness of eq. 7 before it yields."""
+        if self.law is None:
+            return None
+        return ContactLaw(kn=self.hooke, kt=1.5 * self.hooke / self.alpha, zeta=self.damping, mu=self.mu), 0.25
+
+    def record(self) -> dict[str, Any]:
+        """What a law of LAMMPS does not tell of a contact."""
+        return {"lacks": ["xi_r", "xi_t"]} if self.law else {}
 
     @property
     def size(self) -> int:
@@ -295,7 +332,8 @@ class Heap(Scene):
             return check * max(1, math.ceil(time / (check * step)))
 
         return {
-            "law": LAW, "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
+            "law": LAWS[self.law],
+            "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
             "damping": self.damping, "printed_rotation": int(self.printed_rotation),
             "printed_damping": int(self.printed_damping), "base": len(self.base_discs()), "floor": self.base,
             "floor_y": FLOOR, "middle": self.middle, "half_width": self.half_width, "feed": "feed.txt",

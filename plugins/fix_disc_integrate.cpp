@@ -213,9 +213,11 @@ void FixDiscIntegrate::post_force(int)
   if (stress_control)
     for (int i = 0; i < atom->nlocal + atom->nghost; i++)
       std::copy(&velocity[2 * i], &velocity[2 * i] + 2, atom->v[i]);
-  for (int i = 0; i < atom->nlocal; i++)
+  for (int i = 0; i < atom->nlocal; i++) {
     for (int a = 0; a < 2; a++)
       atom->f[i][a] = moves(i) ? atom->f[i][a] + atom->rmass[i] * gravity[a] : 0.0;
+    if (!moves(i)) std::fill(atom->torque[i], atom->torque[i] + 3, 0.0);
+  }
 }
 
 void FixDiscIntegrate::setup(int)

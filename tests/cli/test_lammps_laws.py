@@ -81,6 +81,22 @@ def test_without_the_plugin_a_resumed_run_is_the_same_but_for_rounding(runs: dic
     assert done.returncode == 0 and "LAMMPS's own restarts" in done.stdout, done.stdout + done.stderr
 
 
+def test_a_heap_of_hooke_history_comes_to_rest_and_resumes_to_the_same_bytes(tmp_path: Path) -> None:
+    """While grains are poured and leave the base; the base bears the weight of what lies on it."""
+    words = ["--grains", "40", "--drop-height", "12", "--base-half-width", "4", "--feed-half-width", "2"]
+    law = ["--hooke", "500", "--law", "hooke/history", "--checkpoint-interval", "30"]
+    done = call("run", "heap", *words, *law, "--out", "heap", cwd=tmp_path)
+    assert done.returncode == 0 and record(tmp_path / "heap")["result"]["equilibrated"] == 1.0, done.stderr
+    with Archive(tmp_path / "heap" / "run.h5") as archive:
+        frame = archive.frame(-1)
+    assert frame.lacks == {"xi_t", "xi_r"}
+    low = frame.position[:, 1] == frame.position[:, 1].min()  # the base, whose own sums read 0
+    weight = frame.mass[~low].sum()
+    assert -balance(frame).force[low, 1].sum() == pytest.approx(weight, rel=1e-3)
+    again = call("verify", "heap", "--last", cwd=tmp_path)
+    assert again.returncode == 0 and "every byte" in again.stdout, again.stdout + again.stderr
+
+
 def test_criteria_by_lammps_alone_are_those_of_the_plugin(tmp_path: Path) -> None:
     """Both look at the same run: at every check, while grains collide and at the end.
 

@@ -53,7 +53,8 @@ def interactions_of(block: Block, frame: Frame, told: LammpsLaw, path: PathLike)
                            "correct the dump command of the deck")  # fmt: skip
     known, law, where = block.named, told.law, f"{path}, step {block.step}"
     ends = [rows_of(whole_numbers(known[name], f"{where}: grain id"), frame.ids, where) for name in ("id_i", "id_j")]
-    branch = nearest(frame.position[ends[1]] - frame.position[ends[0]], frame.cell)
+    cell = np.where(frame.periodic, frame.cell, np.inf)
+    branch = nearest(frame.position[ends[1]] - frame.position[ends[0]], cell)
     distance = np.hypot(*branch.T)
     gap = distance - (frame.diameter[ends[0]] + frame.diameter[ends[1]]) / 2
     kept = (gap < 0.0) | (gap < law.cutoff_gap)

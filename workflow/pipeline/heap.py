@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from workflow.data.frame import Frame
 from workflow.measures.heap import Ground, equivalent_stiffness, measure
 from workflow.pipeline.recorded import Recorded
@@ -21,7 +23,7 @@ def of_frame(run: Recorded, frame: Frame) -> dict[str, Any]:
     at = {name: float(values[row]) for name, values in series.items()} if row is not None else {}
     tracks = run.archive.tracks if run.is_last(frame) else None
     numbers: dict[str, Any] = {"scene": scene.name, **measure(frame, ground(scene), tracks)}
-    closes = at and scene.account and scene.base == "rough" and scene.start == "pour" and at["energy_in"]
+    closes = at and scene.account and not scene.law and scene.base == "rough" and scene.start == "pour" and at["energy_in"]
     numbers["energy_residual"] = {"value": at["residual"], "relative": at["residual"] / at["energy_in"]} if closes else None
     if not scene.hooke and numbers["closest_pair"] < 0.0:
         at_rest = 1.0 + numbers["closest_pair"]
@@ -46,7 +48,8 @@ def of_frame(run: Recorded, frame: Frame) -> dict[str, Any]:
 
 
 def numerics_of(series: dict[str, Any], name: str) -> float:
-    """Largest overlap or approach of every step; of runs of version 0.2, which did not watch them, of the rows."""
+    """Largest overlap or approach of every step; of the rows where they were not watched: version 0.2, laws of LAMMPS."""
     if not series:
         return 0.0
-    return float(series[f"largest_{name}"][-1] if f"largest_{name}" in series else series[name].max())
+    every_step = series.get(f"largest_{name}", np.array([np.nan]))[-1]
+    return float(series[name].max() if np.isnan(every_step) else every_step)

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workflow.data.contact_law import ContactLaw
 from workflow.data.discs import Discs
 from workflow.data.frame import Floats
 from workflow.errors import InputError
@@ -20,11 +21,12 @@ from workflow.scene.base import Scene, Units
 from workflow.scene.parameter import parameter
 from workflow.scene.parts import idle
 from workflow.scene.progress import heap_left, of_heap
+from workflow.scene.routes import LARGEST_FRICTION
 from workflow.scene.time_step import Step
 
 CLOCK = "sqrt(sigma/g)"  # unit of time
 FLOOR = 4.0  # height of the base above the lower face of the box; grains 3 below the base have left
-LAW = "common/law_continuous.in"  # of lammps_inputs/, or beside the template
+LAWS = {None: "common/law_continuous.in", "hooke/history": "common/law_heap_hooke_history.in"}  # of lammps_inputs/
 MARGIN = 12.0  # free width beyond each end of the base
 HEADROOM = 6.0  # above the height of the drop
 # steps per period at which an impact with the damping of B97 is at the limit of stability; more damping shortens the step
@@ -45,62 +47,44 @@ class Heap(Scene):
     READINGS: ClassVar[Mapping[str, tuple[Any, Any]]] = {"spacing": (1.0, 1.1)}
 
     grains: int = parameter(
-        1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1", group="grains", option="n"
-    )
+        1334, int, "number of grains poured", symbol="N", low=1, high=1e6, source="B97 fig. 1", group="grains", option="n",
+    )  # fmt: skip
+    law: str = parameter(
+        None, str, "contact law: exact (default, B97), or LAMMPS's hooke/history, near to Hooke's (hooke > 0)",
+        choices=("exact", "hooke/history"), automatic=True, group="contact law",
+    )  # fmt: skip
     index: float = parameter(
-        36.0,
-        float,
-        "index n of the force (sigma/r)^(n+1)",
-        symbol="n",
-        low=4.0,
-        high=1000.0,
-        source="B97 sec. II",
+        36.0, float, "index n of the force (sigma/r)^(n+1)", symbol="n", low=4.0, high=1000.0, source="B97 sec. II",
         group="contact law",
-    )
+    )  # fmt: skip
     cutoff: float = parameter(
-        1.2,
-        float,
-        "range r0 of the force",
-        symbol="r0",
-        unit="sigma",
-        low=1.0,
-        high=2.0,
-        source="B97: 1.047 for n = 144",
+        1.2, float, "range r0 of the force", symbol="r0", unit="sigma", low=1.0, high=2.0, source="B97: 1.047 for n = 144",
         group="contact law",
-    )
+    )  # fmt: skip
     hooke: float = parameter(
         0.0, float, "stiffness k of Hooke's law in place of the continuous one, 0: none", symbol="k", unit="mg/sigma",
         low=0.0, high=1e8, source="B97 eq. 14: 500", group="contact law",
     )  # fmt: skip
     mu: float = parameter(
-        0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6", group="contact law"
-    )
+        0.5, float, "friction coefficient", symbol="mu", low=0.0, source="B97: 0.4 to 0.6", group="contact law",
+    )  # fmt: skip
     alpha: float = parameter(
-        1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97", group="contact law"
-    )
+        1.214, float, "dmax = alpha mu (r0 - r)", symbol="alpha", above=0.0, high=100.0, source="B97", group="contact law",
+    )  # fmt: skip
     damping: float = parameter(
-        0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8", group="contact law"
-    )
+        0.5, float, "fraction of critical damping", low=0.0, high=2.0, source="B97 eqs. 3, 8", group="contact law",
+    )  # fmt: skip
     printed_rotation: bool = parameter(
-        False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13", group="contact law"
-    )
+        False, bool, "lever arms r_ij of eqs. 6 and 13 as printed, not r_ij/2", source="B97 eqs. 6, 13", group="contact law",
+    )  # fmt: skip
     printed_damping: bool = parameter(
-        False,
-        bool,
-        "tangential damping of the centres' motion alone, as eq. 4 is printed",
-        source="B97 eq. 4",
+        False, bool, "tangential damping of the centres' motion alone, as eq. 4 is printed", source="B97 eq. 4",
         group="contact law",
-    )
+    )  # fmt: skip
     polydispersity: float = parameter(
-        0.0,
-        float,
-        "delta: diameters uniform in [1 - delta, 1]",
-        unit="sigma",
-        low=0.0,
-        high=0.5,
-        source="B97: 0, 0.05, 0.1",
+        0.0, float, "delta: diameters uniform in [1 - delta, 1]", unit="sigma", low=0.0, high=0.5, source="B97: 0, 0.05, 0.1",
         group="grains",
-    )
+    )  # fmt: skip
     base: str = parameter("rough", str, "a row of fixed discs, or a smooth flat floor", choices=("rough", "flat"))
     spacing: float = parameter(
         None, float, "spacing of the base discs, default 1.0, as printed 1.1", symbol="S", unit="sigma", low=0.5, high=3.0,
@@ -118,55 +102,42 @@ class Heap(Scene):
     energy_tolerance: float = parameter(5e-8, float, "kinetic energy per grain at rest", unit="mg sigma", above=0.0, high=1.0)
     hold: float = parameter(2.0, float, "time that rest must last", unit=CLOCK, low=0.0, high=1e6)
     max_time: float | None = parameter(
-        None,
-        float,
-        "longest time, default that of the feed and 500 more",
-        unit=CLOCK,
-        above=0.0,
-        high=1e9,
-        automatic=True,
-    )
+        None, float, "longest time, default that of the feed and 500 more", unit=CLOCK, above=0.0, high=1e9, automatic=True,
+    )  # fmt: skip
     step: float | None = parameter(
-        None,
-        float,
-        "time step, default from the hardest impact",
-        unit=CLOCK,
-        low=1e-9,
-        high=1.0,
-        automatic=True,
+        None, float, "time step, default from the hardest impact", unit=CLOCK, low=1e-9, high=1.0, automatic=True,
         group="numerics",
-    )
+    )  # fmt: skip
     steps_per_period: float = parameter(14.0, float, "steps per stiffest period", low=4.0, high=1e4, group="numerics")
     skin: float | None = parameter(
-        None,
-        float,
-        "neighbour skin, default r0 - sigma + 0.3",
-        unit="sigma",
-        above=0.0,
-        high=2.0,
-        automatic=True,
+        None, float, "neighbour skin, default r0 - sigma + 0.3", unit="sigma", above=0.0, high=2.0, automatic=True,
         group="numerics",
-    )
+    )  # fmt: skip
     scheme: str = parameter(
         "second", str, "time integration: second order in the step, or that of the paper (dampers see half-step velocities)",
         choices=("second", "paper"), source="B97 eqs. 9-12", group="numerics",
     )  # fmt: skip
     account: bool = parameter(True, bool, "energy account (what viscosity and sliding dissipate)", group="numerics")
     frame_interval: float = parameter(
-        50.0, float, "time between frames, 0: first and last only", unit=CLOCK, low=0.0, high=1e9, group="output"
-    )
+        50.0, float, "time between frames, 0: first and last only", unit=CLOCK, low=0.0, high=1e9, group="output",
+    )  # fmt: skip
     track_interval: float = parameter(
-        2.0, float, "time between records of all positions", unit=CLOCK, above=0.0, high=1e9, group="output"
-    )
+        2.0, float, "time between records of all positions", unit=CLOCK, above=0.0, high=1e9, group="output",
+    )  # fmt: skip
     series_interval: float = parameter(
-        1.0, float, "time between rows of the time series", unit=CLOCK, above=0.0, high=1e9, group="output"
-    )
+        1.0, float, "time between rows of the time series", unit=CLOCK, above=0.0, high=1e9, group="output",
+    )  # fmt: skip
     checkpoint_interval: float = parameter(
-        100.0, float, "time between checkpoints", unit=CLOCK, above=0.0, high=1e9, group="output"
-    )
+        100.0, float, "time between checkpoints", unit=CLOCK, above=0.0, high=1e9, group="output",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.law == "exact":
+            object.__setattr__(self, "law", None)  # the default, which is not written down: names of runs stay
+        elif self.law:
+            self._check_hooke_history()
+            object.__setattr__(self, "scheme", "paper")  # the only one that it has
         apart = 0.5 / self.feed_rate**2
         if self.start == "pour" and apart < self.reach:
             raise InputError(
@@ -189,6 +160,32 @@ class Heap(Scene):
                 f"step = {choice.step:g} is not allowed: the stiffest period is {choice.period:.3g}; use at most "
                 f"{0.8 * choice.limit:.2g}, or leave it out"
             )
+
+    def _check_hooke_history(self) -> None:
+        """Raise InputError for what LAMMPS's hooke/history cannot do."""
+        rules = (
+            (self.hooke == 0.0, "is Hooke's law: give hooke, its stiffness, for example 500, or leave law out"),
+            (self.base == "flat", "has no smooth floor: use base = rough, or leave law out"),
+            (
+                self.printed_rotation or self.printed_damping,
+                "has no printed forms of eqs. 4, 6 and 13: leave them, or law, out",
+            ),
+            (self.mu > LARGEST_FRICTION, f"takes friction up to mu = {LARGEST_FRICTION:g}, not {self.mu:g}: leave law out"),
+        )
+        for wrong, words in rules:
+            if wrong:
+                raise InputError(f"law = {self.law} {words}")
+
+    @property
+    def lammps_law(self) -> tuple[ContactLaw, float] | None:
+        """Of LAMMPS's hooke/history, what it stands for: k, and the stiffness of eq. 7 before it yields."""
+        if self.law is None:
+            return None
+        return ContactLaw(kn=self.hooke, kt=1.5 * self.hooke / self.alpha, zeta=self.damping, mu=self.mu), 0.25
+
+    def record(self) -> dict[str, Any]:
+        """What a law of LAMMPS does not tell of a contact."""
+        return {"lacks": ["xi_r", "xi_t"]} if self.law else {}
 
     @property
     def size(self) -> int:
@@ -353,7 +350,8 @@ class Heap(Scene):
             return check * max(1, math.ceil(time / (check * step)))
 
         return {
-            "law": LAW, "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
+            "law": LAWS[self.law],
+            "index": self.index, "cutoff": self.reach, "hooke": self.hooke, "mu": self.mu, "alpha": self.alpha,
             "damping": self.damping, "printed_rotation": int(self.printed_rotation),
             "printed_damping": int(self.printed_damping), "base": len(self.base_discs()), "floor": self.base,
             "floor_y": FLOOR, "middle": self.middle, "half_width": self.half_width, "feed": "feed.txt",

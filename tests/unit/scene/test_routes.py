@@ -37,6 +37,9 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("method2", {"law": "hooke/history"}, "hooke/history has no attraction"),
     ("method2", {"law": "granular", "barostat": "nph"}, "barostat = 'nph' is not allowed in method2.*use inertial"),
     ("method2", {"law": "granular", "series": "B"}, "cannot stiffen while they run; use soft_kappa = 10000"),
+    ("heap", {"law": "hooke/history"}, "is Hooke's law: give hooke"),
+    ("heap", {"law": "hooke/history", "hooke": 500.0, "base": "flat"}, "no smooth floor: use base = rough"),
+    ("heap", {"law": "hooke/history", "hooke": 500.0, "printed_rotation": True}, "no printed forms"),
     ("consolidation", {"law": "granular", "barostat": "berendsen"}, "barostat = 'berendsen'.*use inertial"),
 ]
 

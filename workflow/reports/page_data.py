@@ -25,7 +25,7 @@ class ReportData(Sight):
 
     ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``units``: names of the units;
     ``view``: what is shown of its kind.  ``numbers``: all measures as (name, text).  ``provenance``: (name, text); ``text``:
-    the scene file.  ``film``: words and frames that the page plays, ``frame`` among them; ``label``: the run beside others.
+    the scene file.  ``film``: words and frames that the page plays, ``frame`` among them.
     """
 
     name: str
@@ -41,7 +41,6 @@ class ReportData(Sight):
     provenance: Sequence[tuple[str, str]]
     text: str
     film: Sequence[tuple[str, Frame]] = ()
-    label: str = ""
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:

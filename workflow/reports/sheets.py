@@ -16,7 +16,6 @@ from workflow.archive.read import Archive
 from workflow.data.frame import Frame
 from workflow.data.notes import tell
 from workflow.errors import InputError, WorkflowError
-from workflow.measures.alike import labels
 from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
 from workflow.pipeline.sources import Dumps, Run, Source, measures_of_dump
@@ -52,9 +51,6 @@ def write_page_of(given: Sequence[Source], out: Path, command: str) -> None:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
-    parameters = [{} if sheet.scene is None else {"scene": sheet.scene.name, **sheet.scene.as_mapping()} for sheet in sheets]
-    words = labels(parameters, [sheet.name for sheet in sheets])
-    sheets = [replace(sheet, label=label) for sheet, label in zip(sheets, words, strict=True)]
     write_report(out, sheets[0].name if len(sources) == 1 else f"{len(sources)} runs", sheets, absent)
 
 

@@ -219,7 +219,8 @@ def _picture(tracks: Tracks, k: int, ground: Ground, moved: Bools) -> Image.Imag
         axes = figure.subplots()
         last = tracks.position[-1, tracks.ids > ground.base] - [ground.middle, ground.level]
         half, top = np.nanquantile(np.abs(last[:, 0]), 0.98) + 3.0, np.nanquantile(last[:, 1], 0.99) + 4.0
-        axes.set(xlim=(-half, half), ylim=(-1.0, top), aspect="equal", title=f"$t$ = {tracks.time[k]:.1f}")
+        axes.set(xlim=(-half, half), ylim=(-1.0, top), aspect="equal", xlabel=r"$x/\sigma$", ylabel=r"height $y/\sigma$",
+                 title=f"$t$ = {tracks.time[k]:.1f}; dark: moved since the picture before")  # fmt: skip
         fixed = tracks.ids[present] <= ground.base
         colours = np.where(fixed, OUTLINE, np.where(moved[present], RED, FILL)).tolist()
         _discs(axes, place, np.ones(len(place)), colours)

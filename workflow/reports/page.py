@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from workflow.data.files import atomic_write
+from workflow.measures.alike import labels
 from workflow.reports.numbers import Number, errors
 from workflow.reports.page_data import KINDS, ReportData, charts, film, kinds, network, shown_of
 from workflow.reports.study_page import document, table, template
@@ -31,11 +32,12 @@ def write_report(path: Path, title: str, sheets: Sequence[ReportData], absent: S
     several = len(sheets) + len(absent) > 1
     data: dict[str, Any] = {"runs": []}
     articles = []
+    words = labels([_parameters(sheet) for sheet in sheets], [sheet.name for sheet in sheets])  # what tells curves apart
     for number, sheet in enumerate(sheets):
         drawn, arrays, every = charts(sheet)
         run = {
             "name": sheet.name,
-            "label": sheet.label or sheet.name,
+            "label": words[number],
             "network": network(sheet),
             "charts": drawn,
             "arrays": arrays,

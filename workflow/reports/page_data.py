@@ -25,8 +25,7 @@ class ReportData(Sight):
 
     ``state``: finished, failed, ...; ``reason`` of a failure.  ``note``: which frame is shown.  ``units``: names of the units;
     ``view``: what is shown of its kind.  ``numbers``: all measures as (name, text).  ``provenance``: (name, text); ``text``:
-    the scene file.  ``film``: words and frames that the page plays, ``frame`` among them; ``label``: the run beside
-    others.  ``si``: (name, text) in SI.
+    the scene file.  ``si``: (name, text) in SI.  ``film``: words and frames that the page plays, ``frame`` among them.
     """
 
     name: str
@@ -43,7 +42,6 @@ class ReportData(Sight):
     text: str
     si: Sequence[tuple[str, str]] = ()
     film: Sequence[tuple[str, Frame]] = ()
-    label: str = ""
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:

@@ -17,7 +17,6 @@ from workflow.data.frame import Frame
 from workflow.data.notes import tell
 from workflow.data.si import DIMENSIONS, Powder, in_words
 from workflow.errors import InputError, WorkflowError
-from workflow.measures.alike import labels
 from workflow.measures.registry import chosen_groups
 from workflow.pipeline.collect import stored_measures
 from workflow.pipeline.si import of_frame, of_measures, of_scene
@@ -55,9 +54,6 @@ def write_page_of(given: Sequence[Source], out: Path, command: str, powder: Powd
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise InputError(f"cannot create '{out.parent}': {fault.strerror}; give another --out FILE") from fault
-    parameters = [{} if sheet.scene is None else {"scene": sheet.scene.name, **sheet.scene.as_mapping()} for sheet in sheets]
-    words = labels(parameters, [sheet.name for sheet in sheets])
-    sheets = [replace(sheet, label=label) for sheet, label in zip(sheets, words, strict=True)]
     if powder:
         sheets = [replace(sheet, si=_in_si(sheet, powder)) for sheet in sheets]
     write_report(out, sheets[0].name if len(sources) == 1 else f"{len(sources)} runs", sheets, absent)

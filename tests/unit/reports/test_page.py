@@ -192,6 +192,17 @@ def test_table_of_runs_has_their_differences_and_the_mean(tmp_path: Path) -> Non
     assert "kappa" in other.texts["button"] and "mean ± standard error" not in other.texts["th"]
 
 
+def test_curves_of_several_runs_are_named_by_what_tells_them_apart(tmp_path: Path) -> None:
+    def named(*sheets: ReportData) -> list[str]:
+        return [run["label"] for run in written(tmp_path, *sheets).data["runs"]]
+
+    assert named(sheet(1), sheet(2)) == ["seed = 1", "seed = 2"]
+    assert named(sheet(1), sheet(1, scene=Method1(kappa=1e4))) == ["kappa = 100000", "kappa = 10000"]
+    many = sheet(1, scene=Method1(kappa=1e4, mu=0.3, n=100, rolling=True), name="other")
+    assert named(sheet(1), many) == ["run 1", "other"]
+    assert named(sheet(1), sheet(1, name="again")) == ["run 1", "again"]
+
+
 def test_mean_is_written_to_the_digits_of_its_error() -> None:
     assert with_error(0.70689, 0.00257) == "0.7069 ± 0.0026"
     assert with_error(451.75, 12.34) == "452 ± 12"

@@ -21,6 +21,7 @@ CASES = {
     "coh_exact": ([], 4),
     "coh_inertial": (GRANULAR, 4),
     "coh_nph": ([*GRANULAR, "--barostat", "nph"], 4),
+    "coh_exact_nph": (["--barostat", "nph"], 4),
 }
 GRAINS = "400"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
@@ -18,7 +19,7 @@ from rocrate_validator.services import validate
 
 from workflow.campaign.crate import METADATA, PROFILE, Attribution, write_crate
 from workflow.cli.main import main
-from workflow.errors import InputError
+from workflow.errors import EnvironmentFault, InputError
 from workflow.runs.directory import RunDirectory
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of rdflib and pyshacl inside the validator
@@ -166,6 +167,13 @@ def test_crate_of_a_study_has_an_action_for_every_run_that_was_begun(
 def test_an_attribution_that_is_none_is_refused(given: dict[str, str], said: str) -> None:
     with pytest.raises(InputError, match=said):
         Attribution(**given)
+
+
+def test_without_the_package_the_command_that_installs_it_is_said(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
+    with pytest.raises(EnvironmentFault, match=r"pip install 'cohesive-dem\[crate\]'"):
+        write_crate(copy, ADA)
+    assert not (copy / METADATA).exists()
 
 
 def test_a_folder_without_runs_is_refused_and_left_alone(tmp_path: Path) -> None:

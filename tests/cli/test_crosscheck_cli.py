@@ -62,7 +62,7 @@ def test_packing_of_another_program_is_measured_like_ours(wf: Wf, tmp_path: Path
     [
         (["--engines", "pfc"], "--engines 'pfc' is not known; known are: liggghts, yade"),
         (["--parts", "all"], "--parts 'all' is not known; known are: few, packings"),
-        (["--seeds", "1,x"], "--seeds '1,x' is not allowed"),
+        (["--seeds", "1,x"], "--seeds 'x' is not allowed"),
         (["--n", "3"], "n = 3 is not allowed"),
         (["--mu", "-1"], "mu = -1"),
         (["--out", "/proc/nowhere"], "give a writable --out DIR"),

@@ -169,7 +169,7 @@ def test_exports_of_a_run_and_of_its_dumps(packing: Path, tmp_path: Path, capsys
     assert {row["step"] for row in rows("last/contacts.csv")} == {rows("run/frames.csv")[-1]["step"]}
     capsys.readouterr()
     for words, message in (
-        ([packing, "--to", "vtu"], "--to 'vtu' is not known; known are: csv, parquet"),
+        ([packing, "--to", "vtu"], "--to 'vtu' is not known; did you mean vtk? known are: csv, parquet"),
         ([packing, "--to", "graphml", "--all"], "one network"),
         ([packing, "--frame", "99"], "frame 99 does not exist"),
         ([packing / "scene.toml"], "no LAMMPS dump"),

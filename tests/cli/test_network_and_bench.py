@@ -81,7 +81,7 @@ def test_bench_takes_lists_as_they_are_typed(words: list[str], wf: Wf) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--engines", "exakt"], "--engines 'exakt' is not known; known are: exact, stock"),
+        (["--engines", "exakt"], "--engines 'exakt' is not known; did you mean exact? known are: exact, stock"),
         (["--state", "glass"], "known are: gas, dense"),
         (["--n", "1400,-3"], "--n '-3' is not allowed"),
         (["--n", "99999999999"], "n = 99999999999 is not allowed"),

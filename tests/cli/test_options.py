@@ -61,7 +61,7 @@ def _deck(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 IDLE = {
     "method1 --no-cohesion --pstar 1": "--pstar", "method1 --no-cohesion --d0 0.01": "--d0", "method1 --mur 0.1": "--mur",
-    "method1 --barostat berendsen --rate-cap 1": "--rate-cap", "method1 --berendsen-rate 1": "--berendsen-rate",
+    "method1 --berendsen-rate 1": "--berendsen-rate",
     "method1 --mu 0 --kt-ratio 0.5": "--kt-ratio", "method1 --step 1e-5 --steps-per-period 30": "--steps-per-period",
     "method2 --stiffening 3": "--stiffening", "method2 --v0 0 --velocities same": "--velocities",
     "method1 --barostat berendsen --hold 1 --cell-mass 1": "--cell-mass",

@@ -62,7 +62,9 @@ def test_notebook_runs_from_above_to_below(path: Path, kernel: str, tmp_path: Pa
     assert shown["image/png"], "it shows no picture"
     errors = [output for cell in notebook.cells for output in cell.get("outputs", []) if output.get("name") == "stderr"]
     assert not errors, "it writes to standard error"
-    progress = [text for text in shown["text/plain"] if re.match(r"settle +t|compress +t|\s*\d running|done ", text)]
+    progress = [
+        text for text in shown["text/plain"] if re.match(r"(?:settle|compress) +(?:\d/\d +)?t|\s*\d running|done ", text)
+    ]
     assert progress, "it shows no progress"
     if path.stem == "first_packing":
         assert any("data:image/png;base64," in html and "solid fraction" in html for html in shown["text/html"])

@@ -228,7 +228,7 @@ def test_limits_of_the_system_leave_a_run_that_goes_on(limit: str, tmp_path: Pat
     try:
         command = shutil.which("prlimit")
         assert command
-        few = [command, "--fsize=20000"] if limit == "largest file" else []
+        few = [command, "--fsize=40000"] if limit == "largest file" else []
         words = [*few, *python_child("workflow.cli.main"), "run", *SCENES["method1"], "--out", "disk/run"]
         if limit == "inodes":
             for k in range(3):

@@ -195,10 +195,21 @@ class Archive:
 
     @cached_property
     def units(self) -> Units | None:
-        """Names of the units in ASCII; None for a file that states none, as those of version 0.3 and before."""
+        """Names of the units in ASCII; None for a file that states none, as those of version 0.3 and before.
+
+        Attributes have no checksum: the names at the root must agree with those beside the data.
+        """
         with self._reading("units"):
             names = [self._file.attrs.get(name) for name in layout.UNITS]
-            return Units(*(name.decode() for name in names)) if all(isinstance(name, bytes) for name in names) else None
+            group = self._file[layout.GRAINS]
+            beside = [group[name].attrs.get("units") for name in ("position/value", "force/value", "position/time")]
+            if names == beside == [None] * 3:
+                return None
+            units = Units(*(name.decode() for name in names))
+            expected = [units.of(name) for name in ("position", "force", "time")]
+            if expected != [name.decode() for name in beside]:
+                raise ValueError(f"the units {', '.join(units)} are not those of the data")
+            return units
 
     @cached_property
     def _lacks(self) -> frozenset[str]:

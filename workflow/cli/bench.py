@@ -26,7 +26,7 @@ wf bench                                          1400 grains, gas and dense, ev
 wf bench --n 1400,5600,50000 --ranks 1,2          sizes and MPI ranks; lists take commas or blanks
 wf bench --state dense --engines exact,granular --json
 wf bench --engines exact --switches               what the switches of a scene save, what a barostat costs
-wf bench --engines exact --against OLD/bin/python beside the exact law of another installation: what a change costs
+wf bench --engines exact --against ENV/bin/python  beside the exact law of another installation
 wf bench dense                                    on the last frame of a run made with --no-cohesion
 """
 

@@ -260,7 +260,7 @@ def shells(frame: Frame, settings: Settings) -> Floats:
 def density_of(samples: Sequence[Scattering], settings: Settings) -> dict[str, Any]:
     """Mean I(k) over samples with standard errors, and the fit to it."""
     mean = average(samples)
-    return {"samples": len(samples), "shells": asdict(mean), "fit": attempt(lambda: _fit(mean, fit_window(mean, settings)))}
+    return {"averaged": len(samples), "shells": asdict(mean), "fit": attempt(lambda: _fit(mean, fit_window(mean, settings)))}
 
 
 def fit_window(mean: Scattering, settings: Settings) -> tuple[float, float]:

@@ -62,8 +62,9 @@ class Method1(Packing):
 
     def variables(self) -> dict[str, Any]:
         """Values of the variables of the deck method1.in."""
+        nph = self.barostat == "nph"
         return super().variables() | {
-            "barostat": self.barostat, "nph_period": self.nph_period, "nph_drag": self.nph_drag,
+            "barostat": self.barostat, "nph_period": self.nph_period if nph else 1.0, "nph_drag": self.nph_drag if nph else 0.0,
             "pair_mass": mean_pair_mass(self.smallest), "berendsen_modulus": self.berendsen_modulus,
             "unchanged_time": 2.0 * self.hold_time,
         }  # fmt: skip

@@ -303,7 +303,6 @@ class Packing(Scene, Numerics, Equilibrium, Cell, Material, Grains):  # fields c
             ("without cohesion there is no attraction, and P = 1 is the unit", not self.cohesion, "pstar d0"),
             ("rolling resistance is off (--rolling)", not self.rolling, "mur kr_ratio"),
             ("the barostat is not berendsen", self.barostat != "berendsen", "berendsen_rate"),
-            ("the barostat has no inertia", self.barostat == "berendsen", "rate_cap wall_cap convention"),
             ("the barostat has no inertia", self.barostat == "berendsen" and self.hold is not None, "cell cell_mass"),
             ("mu is 0", self.mu == 0.0, "kt_ratio"),
             ("the step is given", self.step is not None, "steps_per_period"),

@@ -17,18 +17,11 @@ from workflow.scene.packing import Packing
 from workflow.scene.parameter import parameter
 from workflow.scene.placement import gaussian
 
-# what a cell under stress needs and this deck has not
-OF_STRESS = (
-    "stress",
-    "cell",
-    "cell_mass",
-    "rate_cap",
-    "wall_cap",
-    "momentum_convention",
-    "background_damping",
-    "dashpots",
-    "rolling_dashpots",
-)
+# what a cell under stress and the laws of LAMMPS need, and this deck has not
+LEFT_OUT = (
+    "stress", "cell", "cell_mass", "rate_cap", "wall_cap", "momentum_convention", "background_damping", "dashpots",
+    "rolling_dashpots", "pair_radius",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +66,7 @@ class FreeCooling(Packing):
 
     def variables(self) -> dict[str, Any]:
         """Values of the variables of free_cooling.in."""
-        return {name: value for name, value in super().variables().items() if name not in OF_STRESS}
+        return {name: value for name, value in super().variables().items() if name not in LEFT_OUT}
 
 
 SCENES = [FreeCooling]

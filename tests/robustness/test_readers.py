@@ -45,11 +45,16 @@ STUDY = b'scene = "method1"\nseeds = 3\n[fixed]\ncohesion = false\nn = 60\n[grid
 examples = partial(drawn.examples, deadline=timedelta(seconds=DEADLINE))
 
 
+def plain(value: Any) -> Any:
+    """A value to compare: arrays by their bytes."""
+    return value.tobytes() if isinstance(value, np.ndarray) else value
+
+
 def content(path: Path) -> list[Any]:
     """Everything in an archive, to compare."""
     with Archive(path) as archive:
         frames = [
-            [np.asarray(getattr(part, entry.name)).tobytes() for part in (frame, frame.interactions) for entry in fields(part)
+            [plain(getattr(part, entry.name)) for part in (frame, frame.interactions) for entry in fields(part)
              if entry.name != "interactions"]
             for frame in archive.frames
         ]  # fmt: skip

@@ -10,7 +10,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 OUTSIDE = (
-    "CHANGELOG.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "examples/README.md", "lammps_inputs/README.md", "validation/**/*.md",
+    "CHANGELOG.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "examples/README.md", "lammps_inputs/README.md",
+    "validation/**/*.md",
 )  # fmt: skip
 NAVIGATION = Path(__file__).with_name("nav.txt")
 LINK = re.compile(r"(!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()([^)\s#]*)((?:#[^)\s]*)?\))")

@@ -63,47 +63,47 @@ PairDisc::Interaction ContactPairs::geometry(int i, int j) const
 
 double ContactPairs::weight(int j) const { return force->newton_pair || j < atom->nlocal ? 1.0 : 0.5; }
 
-/* Pairs that touch, from the list of the contact style, whose history belongs to it. */
-void ContactPairs::list_contacts()
+/* Add the pairs of `list` that `interacts` finds to interact; it says so, and fills in their forces. */
+template <class Interacts> void ContactPairs::add_pairs(const NeighList *list, Interacts interacts)
 {
-  const NeighList *const list = contact->list;
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       PairDisc::Interaction now = geometry(i, j);
-      if (now.gap >= 0.0) continue;
-      const double square = now.distance * now.distance;
-      const int itype = atom->type[i], jtype = atom->type[j];
-      double along;
-      contact->single(i, j, itype, jtype, square, 1.0, 1.0, along);
-      now.state = PairDisc::CONTACT;
-      now.elastic = along * now.distance;
-      // svector begins with the tangential force on i; t is the normal from i to j, turned by +90 degrees
-      now.tangential = (contact->svector[0] * now.by - contact->svector[1] * now.bx) / now.distance;
-      if (tail) {
-        tail->single(i, j, itype, jtype, square, 1.0, 1.0, along);
-        now.attraction = along * now.distance;
-      }
-      listed.push_back({i, j, now, weight(j)});
+      if (interacts(i, j, now)) listed.push_back({i, j, now, weight(j)});
     }
   }
 }
 
+/* Force of `style` along the normal between i and j, positive where it repels. */
+double ContactPairs::normal_force(Pair *style, int i, int j, double distance) const
+{
+  double along;
+  style->single(i, j, atom->type[i], atom->type[j], distance * distance, 1.0, 1.0, along);
+  return along * distance;
+}
+
+/* Pairs that touch, from the list of the contact style, whose history belongs to it. */
+void ContactPairs::list_contacts()
+{
+  add_pairs(contact->list, [&](int i, int j, PairDisc::Interaction &now) {
+    if (now.gap >= 0.0) return false;
+    now.state = PairDisc::CONTACT;
+    now.elastic = normal_force(contact, i, j, now.distance);
+    // svector begins with the tangential force on i; t is the normal from i to j, turned by +90 degrees
+    now.tangential = (contact->svector[0] * now.by - contact->svector[1] * now.bx) / now.distance;
+    if (tail) now.attraction = normal_force(tail, i, j, now.distance);
+    return true;
+  });
+}
+
 void ContactPairs::list_tail()
 {
-  const NeighList *const list = tail->list;
-  for (int ii = 0; ii < list->inum; ii++) {
-    const int i = list->ilist[ii];
-    for (int jj = 0; jj < list->numneigh[i]; jj++) {
-      const int j = list->firstneigh[i][jj] & NEIGHMASK;
-      PairDisc::Interaction now = geometry(i, j);
-      if (now.gap < 0.0 || now.gap >= range) continue;
-      double along;
-      tail->single(i, j, atom->type[i], atom->type[j], now.distance * now.distance, 1.0, 1.0, along);
-      now.state = PairDisc::DISTANT;
-      now.attraction = along * now.distance;
-      listed.push_back({i, j, now, weight(j)});
-    }
-  }
+  add_pairs(tail->list, [&](int i, int j, PairDisc::Interaction &now) {
+    if (now.gap < 0.0 || now.gap >= range) return false;
+    now.state = PairDisc::DISTANT;
+    now.attraction = normal_force(tail, i, j, now.distance);
+    return true;
+  });
 }

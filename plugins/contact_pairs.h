@@ -46,6 +46,8 @@ private:
     PairDisc::Interaction now;
     double weight;
   };
+  template <class Interacts> void add_pairs(const class NeighList *, Interacts);
+  double normal_force(class Pair *, int i, int j, double distance) const;
   void list_contacts();
   void list_tail();
   PairDisc::Interaction geometry(int i, int j) const;

@@ -23,9 +23,8 @@ from workflow.errors import ArchiveError
 COLUMNS = ("id_i", "id_j", "fx", "fy", "tx", "ty")
 ROLLING = ("rx", "ry")  # of a law with rolling springs
 LACKS = ("xi_t", "xi_r")
-AT_LIMIT = (
-    1.0 - 1e-3
-)  # share of its limit from which a spring counts as being there: forces are those of the present velocities
+# share of its limit from which a spring counts as being there: forces are those of the present velocities
+AT_LIMIT = 1.0 - 1e-3
 
 
 @dataclass(frozen=True)

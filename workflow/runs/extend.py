@@ -89,10 +89,10 @@ def _longer(directory: RunDirectory, max_time: float) -> Scene:
 
 def _short_of_time(directory: RunDirectory) -> tuple[int, int]:
     """Number and last step of the first stage that ended because its time was over."""
-    for stage, step, calm in _END.findall(read_plain(directory / "log.lammps", errors="replace")):
+    for stage, step, equilibrated in _END.findall(read_plain(directory / "log.lammps", errors="replace")):
         note = directory / f"stage.{stage}.in"
         found = _LAST.fullmatch(read_plain(note)) if note.is_file() else None
-        if found and int(step) >= int(found[1]) and not float(calm):
+        if found and int(step) >= int(found[1]) and not float(equilibrated):
             return int(stage), int(step)
     result = directory.result()
     return int(result["stage"]), int(result["step"])
